@@ -1,5 +1,6 @@
 #include "blur.h"
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "raw_images.h"
 
 #include <fresco/frames.h>
@@ -45,13 +46,11 @@ Raster8 picture_of(double textured, int blur_steps, std::uint64_t seed, double e
 /// A wall at 2 m, seen from `x_m`.
 BlurView view_of(const Raster8& picture, double x_m)
 {
-    Camera camera{{width, height, 120, 120, width / 2.0, height / 2.0}, {}};
-    camera.world_from_camera.translation.x = x_m;
+    const Camera camera = testing::camera(width, height, 120, {x_m, 0, 0});
     BlurView view{"walk", detail_of(picture), {}};
-    RasterF depth(width / 2, height / 2);
-    std::ranges::fill(depth.values, 2.0F);
     view.surface =
-        SeenSurface(depth, {camera.intrinsics.scaled_to(width / 2, height / 2), camera.world_from_camera}, camera, view.detail);
+        SeenSurface(RasterF(width / 2, height / 2, 1, 2),
+                    {camera.intrinsics.scaled_to(width / 2, height / 2), camera.world_from_camera}, camera, view.detail);
     return view;
 }
 
@@ -86,9 +85,8 @@ TEST_CASE("the change at a lag is that of the picture blurred as far, written ou
     }
 }
 
-TEST_CASE("the length of its blur distinguishes a blurred picture from one of a plain wall")
+TEST_CASE_METHOD(testing::StageTest, "the length of its blur distinguishes a blurred picture from one of a plain wall")
 {
-    testing::TestRun run;
     for (const int steps : {3, 5, 7})
     {
         // The fourth is blurred and darker; three show another wall with hardly any texture.
@@ -108,9 +106,8 @@ TEST_CASE("the length of its blur distinguishes a blurred picture from one of a 
     }
 }
 
-TEST_CASE("without depth pictures, whole pictures are compared with those beside them")
+TEST_CASE_METHOD(testing::StageTest, "without depth pictures, whole pictures are compared with those beside them")
 {
-    testing::TestRun run;
     std::vector<BlurView> views;
     for (std::uint64_t i = 0; i < 5; ++i)
         views.push_back({"walk", detail_of(picture_of(1, i == 2 ? 6 : 1, i)), {}});
@@ -124,9 +121,8 @@ TEST_CASE("without depth pictures, whole pictures are compared with those beside
     CHECK(blur_px(views, run)[2] == 0);
 }
 
-TEST_CASE("of the dropped views that see a surface by themselves the least blurred stays")
+TEST_CASE_METHOD(testing::StageTest, "of the dropped views that see a surface by themselves the least blurred stays")
 {
-    testing::TestRun run;
     const Raster8 picture = picture_of(1, 1, 1);
     // Pictures are 2.67 m wide there.
     const std::vector<BlurView> views{view_of(picture, 0), view_of(picture, 5), view_of(picture, 5.02), view_of(picture, 0.01),
@@ -135,9 +131,8 @@ TEST_CASE("of the dropped views that see a surface by themselves the least blurr
     CHECK(needed_views(views, {0, 7, 4, 2, 5}, {true, true, false, false, false}, run).empty());
 }
 
-TEST_CASE("the stage drops the blurred frame, by the depth pictures, and reports all of them")
+TEST_CASE_METHOD(testing::StageTest, "the stage drops the blurred frame, by the depth pictures, and reports all of them")
 {
-    const testing::TemporaryFolder folder;
     Frames frames;
     for (std::uint64_t i = 0; i < 5; ++i)
     {
@@ -146,7 +141,6 @@ TEST_CASE("the stage drops the blurred frame, by the depth pictures, and reports
         testing::set_depth_picture(frame, folder.path(), RasterF(width, height, 1, 2.0F));
         frames.frames.push_back(frame);
     }
-    testing::TestRun run;
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", Value::Map{}, {{"frames", std::make_shared<Frames>(frames)}},
                        folder.path() / "out", run, {{"image_io", std::make_shared<testing::RawImages>()}});
     CHECK(Frames::load({folder.path() / "out/frames", {}})->frames.size() == 4);

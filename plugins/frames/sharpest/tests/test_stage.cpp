@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "raw_images.h"
 #include "selection.h"
 
@@ -6,12 +7,9 @@
 #include <fresco/frames.h>
 #include <fresco/images/sharpness.h>
 #include <fresco/npy.h>
-#include <fresco/stage.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
 namespace fs = std::filesystem;
-using Catch::Contains;
 using fresco::testing::TestRun;
 namespace testing = fresco::testing;
 
@@ -42,11 +40,9 @@ fresco::Frames run_sharpest(const fresco::Frames& input, fresco::Value options, 
 {
     if (!options.find("measure"))
         options.set("measure", "laplacian_variance");
-    fresco::testing::TemporaryFolder out;
-    fresco::testing::run_stage(FRESCO_PLUGIN_FILE, "frames.sharpest", options,
-                               {{"frames", std::make_shared<fresco::Frames>(input)}}, out.path(), run,
-                               {{"image_io", std::make_shared<testing::RawImages>()}});
-    return *fresco::Frames::load({out.path() / "frames", {}});
+    return *testing::output_of<fresco::Frames>("frames.sharpest", "frames", options,
+                                               {{"frames", std::make_shared<fresco::Frames>(input)}}, run,
+                                               {{"image_io", std::make_shared<testing::RawImages>()}});
 }
 
 }  // namespace
@@ -107,11 +103,9 @@ TEST_CASE("every frame goes to exactly one side, in order", "[frames.sharpest]")
     CHECK_THROWS_WITH(numbers(0, true), Contains("set hold_out_every, too"));
 }
 
-TEST_CASE("the stage keeps sharp frames and reports", "[frames.sharpest]")
+TEST_CASE_METHOD(testing::StageTest, "the stage keeps sharp frames and reports", "[frames.sharpest]")
 {
-    const fresco::testing::TemporaryFolder folder;
     const auto input = made_frames(folder.path(), {true, false, true, true, false});
-    TestRun run;
     const auto kept = run_sharpest(input, fresco::Value::Map{}, run);
     REQUIRE(kept.frames.size() == 3);
     CHECK(kept.frames[1].name == "frame-2");
@@ -122,15 +116,12 @@ TEST_CASE("the stage keeps sharp frames and reports", "[frames.sharpest]")
     CHECK(judged.at("values").as_list().at(0).as_double() > judged.at("least").as_double());
 }
 
-TEST_CASE("the stage refuses what it cannot use", "[frames.sharpest]")
+TEST_CASE_METHOD(testing::StageTest, "the stage refuses what it cannot use", "[frames.sharpest]")
 {
-    const fresco::testing::TemporaryFolder folder;
     const auto input = made_frames(folder.path(), {false, false, true});
-    TestRun run;
     CHECK_THROWS_WITH(run_sharpest(made_frames(folder.path(), {false, false}), fresco::Value::Map{}, run),
                       Contains("none of the 2"));
-    fresco::write_npy(input.frames[2].color_picture.path, std::vector<std::size_t>{48, 64, 3},
-                      std::vector<std::uint8_t>(std::size_t{48} * 64 * 3, 1));
+    fresco::write_npy(input.frames[2].color_picture.path, fresco::Raster8(64, 48, 3, 1));
     TestRun changed;
     CHECK_THROWS_WITH(run_sharpest(input, fresco::Value::Map{}, changed), Contains("frame-2"));
 }

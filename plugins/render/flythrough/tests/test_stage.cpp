@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "fly_path.h"
+#include "plugin_under_test.h"
 #include "stored_png.h"
 #include "video_file.h"
 
@@ -49,10 +50,13 @@ std::shared_ptr<Frames> two_frames()
 
 const std::string no_common_up = "warning: the cameras have no common upward direction: the orbit turns about the world's z axis";
 
-void fly(const std::filesystem::path& folder, Value options, std::shared_ptr<Frames> frames, testing::TestRun& run)
+/// The names of the files in folder/video.
+std::vector<std::string> fly(const std::filesystem::path& folder, Value options, std::shared_ptr<Frames> frames,
+                             testing::TestRun& run)
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.flythrough", options, {{"mesh", wall()}, {"frames", std::move(frames)}},
                        folder, run, {{"image_io", std::make_shared<stored_png::Codec>()}});
+    return Files::load({folder / "video", folder})->names;
 }
 
 }  // namespace
@@ -132,18 +136,16 @@ TEST_CASE("an orbit turns over the widest run of directions with something to se
     }
 }
 
-TEST_CASE("an orbit before a single wall never turns away from it")
+TEST_CASE_METHOD(testing::StageTest, "an orbit before a single wall never turns away from it")
 {
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
     auto frames = two_frames();
     frames->frames.resize(1);
-    fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.32}, {"height_px", 48}, {"path", "orbit"}}, frames, run);
+    const auto names =
+        fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.32}, {"height_px", 48}, {"path", "orbit"}}, frames, run);
     CHECK_THAT(run.messages, !Catch::VectorContains(no_common_up));
     CHECK(run.reported.at("arc_deg").as_double() == Approx(50).margin(40));
-    const auto files = Files::load({folder.path() / "video", folder.path()});
-    REQUIRE(files->names.size() == 8);
-    for (const auto& name : files->names)
+    REQUIRE(names.size() == 8);
+    for (const auto& name : names)
     {
         // The wall has no channel of this gray.
         const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "video" / name);
@@ -151,25 +153,20 @@ TEST_CASE("an orbit before a single wall never turns away from it")
     }
 }
 
-TEST_CASE("an orbit says that its cameras have no common upward direction")
+TEST_CASE_METHOD(testing::StageTest, "an orbit says that its cameras have no common upward direction")
 {
     auto frames = two_frames();
     frames->frames[1].sequence = frames->frames[0].sequence;
     frames->frames[1].color.world_from_camera.rotation.m = {-1, 0, 0, 0, -1, 0, 0, 0, 1};
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
     fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"height_px", 16}, {"path", "orbit"}}, frames, run);
     CHECK_THAT(run.messages, Catch::VectorContains(no_common_up));
 }
 
-TEST_CASE("pictures show the wall, and gray beside it")
+TEST_CASE_METHOD(testing::StageTest, "pictures show the wall, and gray beside it")
 {
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
-    fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"height_px", 49}}, two_frames(), run);
-    const auto files = Files::load({folder.path() / "video", folder.path()});
-    REQUIRE(files->names == std::vector<std::string>{"flythrough/000000.png", "flythrough/000001.png", "flythrough/000002.png"});
-    const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "video" / files->names[0]);
+    REQUIRE(fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"height_px", 49}}, two_frames(), run) ==
+            std::vector<std::string>{"flythrough/000000.png", "flythrough/000001.png", "flythrough/000002.png"});
+    const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "video/flythrough/000000.png");
     CHECK((picture.height == 48 && picture.width == 64));
     CHECK((picture.at(24, 24, 0) == 255 && picture.at(46, 24, 2) == 255 && picture.at(0, 0, 0) == 32));
     CHECK(run.reported.at("pictures").as_int() == 3);
@@ -201,9 +198,8 @@ TEST_CASE("a video can be played: size, pictures and colors")
     }
 }
 
-TEST_CASE("a video that the disk did not hold to its end is refused")
+TEST_CASE_METHOD(testing::StageTest, "a video that the disk did not hold to its end is refused")
 {
-    const testing::TemporaryFolder folder;
     // As a full disk: beyond so many bytes nothing is written.
     struct rlimit before = {};
     REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
@@ -225,10 +221,8 @@ TEST_CASE("a video that the disk did not hold to its end is refused")
     std::signal(SIGXFSZ, handler);
 }
 
-TEST_CASE("the flight refuses what it cannot show")
+TEST_CASE_METHOD(testing::StageTest, "the flight refuses what it cannot show")
 {
-    const testing::TemporaryFolder folder;
-    testing::TestRun run;
     CHECK_THROWS_WITH(fly(folder.path(), Value::Map{}, std::make_shared<Frames>(), run), Catch::Contains("no frames"));
     CHECK_THROWS_WITH(VideoFile(folder.path() / "none/there.mp4", 64, 48, 25), Catch::Contains("format: png"));
 }

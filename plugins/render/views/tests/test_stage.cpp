@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "stored_png.h"
 
 #include <fresco/files.h>
@@ -164,16 +165,19 @@ std::shared_ptr<Frames> three_frames()
     return frames;
 }
 
-void render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run, std::shared_ptr<Frames> frames,
-               const TexturedMesh& mesh = wall(Raster8(8, 8, 3)))
+/// The names of the pictures in folder/views.
+std::vector<std::string> render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run,
+                                   std::shared_ptr<Frames> frames, const TexturedMesh& mesh = wall(Raster8(8, 8, 3)))
 {
     testing::run_stage(FRESCO_PLUGIN_FILE, "render.views", options,
                        {{"mesh", std::make_shared<TexturedMesh>(mesh)}, {"frames", frames}}, folder, run,
                        {{"image_io", std::make_shared<stored_png::Codec>()}});
+    return Files::load({folder / "views", folder})->names;
 }
 }  // namespace
 
-TEST_CASE("from above, the whole room is in the picture, its longer side across, not mirrored, and without its ceiling")
+TEST_CASE_METHOD(testing::StageTest,
+                 "from above, the whole room is in the picture, its longer side across, not mirrored, and without its ceiling")
 {
     // A floor of 4 m x 2 m, turned by 30 degrees about z, which is up: red at one end, the rest half green, half black. The
     // ceiling, seen from its back, is blue.
@@ -198,13 +202,9 @@ TEST_CASE("from above, the whole room is in the picture, its longer side across,
     frames->frames.push_back(testing::frame("frame-0", testing::camera(32, 24, 24)));
     frames->frames[0].color.world_from_camera.rotation =
         frames->frames[0].depth.world_from_camera.rotation = {{1, 0, 0, 0, 0, 1, 0, -1, 0}};
-    testing::TemporaryFolder folder;
-    testing::TestRun run;
-    render_to(folder.path(), Value::Map{{"height_px", 100}, {"above", true}, {"filter", "bilinear"}, {"samples", 1}}, run, frames,
-              room);
-    const auto files = Files::load({folder.path() / "views", folder.path()});
-    REQUIRE(files->names == std::vector<std::string>{"views/above_room.png"});
-    const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "views" / files->names[0]);
+    const Value options = Value::Map{{"height_px", 100}, {"above", true}, {"filter", "bilinear"}, {"samples", 1}};
+    REQUIRE(render_to(folder.path(), options, run, frames, room) == std::vector<std::string>{"views/above_room.png"});
+    const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "views/views/above_room.png");
     CHECK(picture.width == Approx(200).margin(6));
     CHECK(picture.height == 100);
     std::array<int, 3> pixels{};
@@ -231,31 +231,25 @@ TEST_CASE("from above, the whole room is in the picture, its longer side across,
     CHECK(-red.x * green.y > 0);
 }
 
-TEST_CASE("the stage writes one picture per chosen frame")
+TEST_CASE_METHOD(testing::StageTest, "the stage writes one picture per chosen frame")
 {
-    testing::TemporaryFolder folder;
-    testing::TestRun run;
-    render_to(folder.path(), Value::Map{}, run, three_frames());
-    const auto files = Files::load({folder.path() / "views", folder.path()});
-    REQUIRE(files->names ==
+    REQUIRE(render_to(folder.path(), Value::Map{}, run, three_frames()) ==
             std::vector<std::string>{"views/seq-01_frame-0.png", "views/seq-01_frame-1.png", "views/seq-01_frame-2.png"});
-    const Raster8 first = stored_png::Codec().read_rgb(folder.path() / "views" / files->names[0]);
+    const Raster8 first = stored_png::Codec().read_rgb(folder.path() / "views/views/seq-01_frame-0.png");
     CHECK(first.width == 32);
     CHECK(first.channels == 4);
     CHECK(run.reported.at("empty_views").as_int() == 1);
     CHECK(run.messages.at(0).find("1 of 3 views") != std::string::npos);
 
+    const Value options = Value::Map{{"every_count", 2}, {"height_px", 12}, {"folder", "a/b"}};
     testing::TemporaryFolder other;
-    render_to(other.path(), Value::Map{{"every_count", 2}, {"height_px", 12}, {"folder", "a/b"}}, run, three_frames());
-    const auto fewer = Files::load({other.path() / "views", other.path()});
-    REQUIRE(fewer->names == std::vector<std::string>{"a/b/seq-01_frame-0.png", "a/b/seq-01_frame-2.png"});
-    CHECK(stored_png::Codec().read_rgb(other.path() / "views" / fewer->names[0]).width == 16);
+    REQUIRE(render_to(other.path(), options, run, three_frames()) ==
+            std::vector<std::string>{"a/b/seq-01_frame-0.png", "a/b/seq-01_frame-2.png"});
+    CHECK(stored_png::Codec().read_rgb(other.path() / "views/a/b/seq-01_frame-0.png").width == 16);
 }
 
-TEST_CASE("the stage refuses what it cannot render")
+TEST_CASE_METHOD(testing::StageTest, "the stage refuses what it cannot render")
 {
-    testing::TemporaryFolder folder;
-    testing::TestRun run;
     CHECK_THROWS_WITH(render_to(folder.path(), Value::Map{}, run, std::make_shared<Frames>()), Catch::Contains("no frames"));
     auto twice = three_frames();
     twice->frames[1].name = "frame-0";

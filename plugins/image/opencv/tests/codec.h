@@ -35,6 +35,11 @@ class Codec
     fresco::testing::TemporaryFolder folder_;
 };
 
+struct WithCodec
+{
+    Codec codec;
+};
+
 /// Checks that the file is refused when it ends after any of its bytes.
 inline void refuses_every_beginning(Codec& codec, const Bytes& good)
 {

@@ -11,7 +11,6 @@
 
 using namespace fresco;
 using namespace samples;
-using Catch::Contains;
 using image_opencv::icc_of_primaries;
 
 namespace
@@ -101,9 +100,8 @@ Jpeg gradient_jpeg(const Bytes& before_frame)
 
 }  // namespace
 
-TEST_CASE("image.opencv: a Display P3 gradient has its known sRGB values in PNG, JPEG and WebP")
+TEST_CASE_METHOD(WithCodec, "image.opencv: a Display P3 gradient has its known sRGB values in PNG, JPEG and WebP")
 {
-    Codec codec;
     const Bytes icc = icc_of_primaries(display_p3, 0, "");
     CHECK(std::abs(from_p3({200, 100, 50})[0] - 200) > 8);  // Else the test shows nothing.
     check_converted(codec.images->read_rgb(codec.write(file_of(gradient_png(8, false, icc)))), 1);
@@ -131,9 +129,8 @@ TEST_CASE("image.opencv: a Display P3 gradient has its known sRGB values in PNG,
     check_converted(codec.images->read_rgb(codec.write(webp)), 1);
 }
 
-TEST_CASE("image.opencv: profiles of sRGB and of CMYK change nothing, those of gray convert grays")
+TEST_CASE_METHOD(WithCodec, "image.opencv: profiles of sRGB and of CMYK change nothing, those of gray convert grays")
 {
-    Codec codec;
     const Bytes icc = icc_of_primaries(display_p3, 0, "");
     Bytes cmyk = icc;
     constexpr std::size_t color_space_at = 16;
@@ -164,9 +161,8 @@ TEST_CASE("image.opencv: profiles of sRGB and of CMYK change nothing, those of g
           std::vector<std::uint8_t>{7, 7, 7, 90, 90, 90});
 }
 
-TEST_CASE("image.opencv: damaged profiles are refused with the file's name")
+TEST_CASE_METHOD(WithCodec, "image.opencv: damaged profiles are refused with the file's name")
 {
-    Codec codec;
     const Bytes icc = icc_of_primaries(display_p3, 0, "");
     const auto png = [&](const Bytes& iccp) {
         return file_of(Png{.color_type = 2, .rows = bytes_of({0, 1, 2, 3}), .before_data = chunk("iCCP", iccp)});

@@ -12,7 +12,6 @@
 
 using namespace fresco;
 using namespace samples;
-using Catch::Contains;
 
 namespace
 {
@@ -21,9 +20,8 @@ using Values = std::vector<std::uint8_t>;
 
 }  // namespace
 
-TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
+TEST_CASE_METHOD(WithCodec, "image.opencv: every kind of PNG becomes 8-bit RGB")
 {
-    Codec codec;
     const Bytes palette = chunk("PLTE", bytes_of({200, 100, 50, 0, 10, 20, 9, 8, 7, 255, 255, 255}));
     const auto rgb = [&](const Png& png) { return codec.rgb(file_of(png)); };
     const auto transparent = [](std::initializer_list<int> color, Bytes before = {})
@@ -75,9 +73,8 @@ TEST_CASE("image.opencv: every kind of PNG becomes 8-bit RGB")
     CHECK(turned.values == Values{7, 7, 7, 9, 9, 9});
 }
 
-TEST_CASE("image.opencv: gray, YCbCr, RGB and CMYK JPEG, with the stored orientation")
+TEST_CASE_METHOD(WithCodec, "image.opencv: gray, YCbCr, RGB and CMYK JPEG, with the stored orientation")
 {
-    Codec codec;
     const auto corner = [&](const Jpeg& jpeg)
     {
         const auto image = codec.images->read_rgb(codec.write(file_of(jpeg)));
@@ -107,9 +104,8 @@ TEST_CASE("image.opencv: gray, YCbCr, RGB and CMYK JPEG, with the stored orienta
     CHECK(codec.images->read_rgb(turned).at(0, 0) == 250);
 }
 
-TEST_CASE("image.opencv: the check reports the kind of samples and refuses a truncated file, without decoding")
+TEST_CASE_METHOD(WithCodec, "image.opencv: the check reports the kind of samples and refuses a truncated file, without decoding")
 {
-    Codec codec;
     const auto deep = codec.images->encode_png(Raster16(7, 5, 1, 300));
     const auto header = codec.images->check(codec.write(deep));
     CHECK((header.width == 7 && header.height == 5 && header.bits == 16 && header.gray));
@@ -123,16 +119,14 @@ TEST_CASE("image.opencv: the check reports the kind of samples and refuses a tru
     CHECK(codec.images->header(cut).width == 7);
 }
 
-TEST_CASE("image.opencv: pictures cut at any byte are refused")
+TEST_CASE_METHOD(WithCodec, "image.opencv: pictures cut at any byte are refused")
 {
-    Codec codec;
     refuses_every_beginning(codec, codec.images->encode_png(pattern(5, 4, 3)));
     refuses_every_beginning(codec, codec.images->encode_jpeg(pattern(19, 9, 3), 80));
 }
 
-TEST_CASE("image.opencv: BMP of 24, 32 and 8 bits, upward and downward; the fourth byte of a pixel is no alpha")
+TEST_CASE_METHOD(WithCodec, "image.opencv: BMP of 24, 32 and 8 bits, upward and downward; the fourth byte of a pixel is no alpha")
 {
-    Codec codec;
     const Raster8 image = pattern(5, 3, 3);
     const auto bmp = [&](int bits, bool down, std::uint32_t compression = 0)
     {
@@ -178,9 +172,8 @@ TEST_CASE("image.opencv: BMP of 24, 32 and 8 bits, upward and downward; the four
     CHECK_THROWS_WITH(codec.rgb(to_bytes({0xAB, 'K', 'T', 'X', ' ', '2', '0', 0xBB})), Contains("byte 0: a KTX2 texture"));
 }
 
-TEST_CASE("image.opencv: errors name the file and what to do")
+TEST_CASE_METHOD(WithCodec, "image.opencv: errors name the file and what to do")
 {
-    Codec codec;
     CHECK_THROWS_AS(codec.images->read_rgb(codec.folder() / "none.png"), MissingInput);
     CHECK_THROWS_AS(codec.images->header(codec.folder() / "none.png"), MissingInput);
     CHECK_THROWS_AS(codec.images->header(codec.folder()), Error);
@@ -195,9 +188,8 @@ TEST_CASE("image.opencv: errors name the file and what to do")
         CHECK_THROWS_WITH(codec.rgb(file_of(png)), Contains("cannot be decoded"));
 }
 
-TEST_CASE("image.opencv: depth is read as stored, other pictures are refused")
+TEST_CASE_METHOD(WithCodec, "image.opencv: depth is read as stored, other pictures are refused")
 {
-    Codec codec;
     const auto depth =
         codec.images->read_depth(codec.write(file_of(Png{.width = 2, .bits = 16, .rows = bytes_of({0, 1, 2, 0xFF, 0xFF})})));
     CHECK(depth.values == std::vector<std::uint16_t>{258, 65535});
@@ -211,9 +203,8 @@ TEST_CASE("image.opencv: depth is read as stored, other pictures are refused")
     refused(file_of(Jpeg{.blocks = {{7}}}));
 }
 
-TEST_CASE("image.opencv: PNG gives the same pixels back, the same pixels the same bytes")
+TEST_CASE_METHOD(WithCodec, "image.opencv: PNG gives the same pixels back, the same pixels the same bytes")
 {
-    Codec codec;
     for (const int channels : {1, 3})
     {
         const auto image = pattern(31, 17, channels);
@@ -230,9 +221,8 @@ TEST_CASE("image.opencv: PNG gives the same pixels back, the same pixels the sam
     CHECK(codec.rgb(codec.images->encode_png(deep)) == Values{1, 2, 255});
 }
 
-TEST_CASE("image.opencv: JPEG is close to the pixels, smaller at lower quality, the same each time")
+TEST_CASE_METHOD(WithCodec, "image.opencv: JPEG is close to the pixels, smaller at lower quality, the same each time")
 {
-    Codec codec;
     const Raster8 image = testing::picture(32, 32, [](int x, int y, int c) { return c == 0 ? 8 * x : c == 1 ? 8 * y : 30; });
     const auto good = codec.images->encode_jpeg(image, 95);
     CHECK(good == codec.images->encode_jpeg(image, 95));
@@ -244,9 +234,8 @@ TEST_CASE("image.opencv: JPEG is close to the pixels, smaller at lower quality, 
     CHECK(codec.images->read_rgb(codec.write(codec.images->encode_jpeg(gray, 100))) == Raster8(8, 8, 3, 77));
 }
 
-TEST_CASE("image.opencv: what cannot be encoded is refused")
+TEST_CASE_METHOD(WithCodec, "image.opencv: what cannot be encoded is refused")
 {
-    Codec codec;
     CHECK_THROWS_WITH(codec.images->encode_png(Raster8()), Contains("empty"));
     CHECK_THROWS_WITH(codec.images->encode_png(Raster8(2, 2, 2)), Contains("number of channels"));
     CHECK_THROWS_WITH(codec.images->encode_jpeg(Raster8(2, 2, 4), 90), Contains("number of channels"));

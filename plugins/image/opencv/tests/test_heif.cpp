@@ -10,7 +10,6 @@
 
 using namespace fresco;
 using namespace samples;
-using Catch::Contains;
 
 namespace
 {
@@ -55,9 +54,8 @@ int most_apart(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_
 
 }  // namespace
 
-TEST_CASE("image.opencv: HEIC and AVIF have the pixels of the PNG, with its profile")
+TEST_CASE_METHOD(WithCodec, "image.opencv: HEIC and AVIF have the pixels of the PNG, with its profile")
 {
-    Codec codec;
     const Bytes heic = sample("good_p3.heic");
     // The encoder goes through YCbCr, which rounds.
     CHECK(most_apart(codec.rgb(heic), codec.rgb(same_png(profile_in(heic)))) <= 2);
@@ -74,9 +72,8 @@ TEST_CASE("image.opencv: HEIC and AVIF have the pixels of the PNG, with its prof
     CHECK_THROWS_WITH(codec.images->read_depth(codec.write(deep)), Contains("expected a depth picture"));
 }
 
-TEST_CASE("image.opencv: AVIF that names its colors by numbers")
+TEST_CASE_METHOD(WithCodec, "image.opencv: AVIF that names its colors by numbers")
 {
-    Codec codec;
     Bytes avif = sample("good_srgb.avif");
     const std::size_t primaries = find(avif, {'n', 'c', 'l', 'x'}) + 5;
     avif[primaries] = std::byte{12};
@@ -86,9 +83,8 @@ TEST_CASE("image.opencv: AVIF that names its colors by numbers")
     CHECK_THROWS_WITH(codec.rgb(avif), Contains("high dynamic range"));
 }
 
-TEST_CASE("image.opencv: HEIC and AVIF that are cut, too large or of another kind are refused")
+TEST_CASE_METHOD(WithCodec, "image.opencv: HEIC and AVIF that are cut, too large or of another kind are refused")
 {
-    Codec codec;
     for (const char* name : {"good_p3.heic", "good_srgb.avif"})
         refuses_every_beginning(codec, sample(name));
     Bytes large = sample("good_p3.heic");

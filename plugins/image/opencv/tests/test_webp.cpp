@@ -6,7 +6,6 @@
 
 using namespace fresco;
 using namespace samples;
-using Catch::Contains;
 
 namespace
 {
@@ -26,9 +25,8 @@ Bytes webp_of(const Raster8& image, int quality = 101)
 
 }  // namespace
 
-TEST_CASE("image.opencv: WebP has the pixels of the PNG, with and without alpha, turned as EXIF says")
+TEST_CASE_METHOD(WithCodec, "image.opencv: WebP has the pixels of the PNG, with and without alpha, turned as EXIF says")
 {
-    Codec codec;
     const Raster8 colors = pattern(7, 5, 3);
     CHECK(codec.rgb(webp_of(colors)) == colors.values);
     const Raster8 clear = pattern(7, 5, 4);
@@ -55,9 +53,8 @@ TEST_CASE("image.opencv: WebP has the pixels of the PNG, with and without alpha,
     }
 }
 
-TEST_CASE("image.opencv: WebP that is cut, damaged, moving or too large is refused")
+TEST_CASE_METHOD(WithCodec, "image.opencv: WebP that is cut, damaged, moving or too large is refused")
 {
-    Codec codec;
     const Raster8 image = pattern(7, 5, 3);
     for (const Bytes& good : {webp_of(image), webp_of(image, 80), extended_webp(0, 7, 5, {}, webp_of(image))})
     {

@@ -2,6 +2,7 @@
 #include "packed_mesh.h"
 
 #include <fresco/page/page.h>
+#include <fresco/testing_scenes.h>
 
 #include <cmath>
 #include <cstdint>
@@ -84,23 +85,16 @@ TEST_CASE("a packed mesh has the mesh's corners to half a step")
 
 TEST_CASE("a packed mesh of many faces in a wild order has all of them once, in 12 bytes per vertex and 4 per face at most")
 {
-    Mesh mesh;
     constexpr std::uint32_t side = 60;
-    for (std::uint32_t y = 0; y <= side; ++y)
-        for (std::uint32_t x = 0; x <= side; ++x)
-            mesh.positions.push_back({static_cast<float>(x), static_cast<float>(y), static_cast<float>(x * y % 7)});
-    for (std::uint32_t cell = 0; cell < side * side; ++cell)
-    {
-        const std::uint32_t wild = cell * 1009U % (side * side);  // Coprime: every cell once.
-        const std::uint32_t at = wild / side * (side + 1) + wild % side;
-        mesh.triangles.push_back({at, at + 1, at + side + 2});
-        mesh.triangles.push_back({at, at + side + 2, at + side + 1});
-    }
-    mesh.triangles.push_back(mesh.triangles.front());  // A face twice, and an edge of more than two faces.
+    Mesh mesh = testing::rectangle({}, {side, 0, 0}, {0, side, 0}, side, side);
+    for (Vec3f& p : mesh.positions)
+        p.z = static_cast<float>(std::lround(p.x * p.y) % 7);
+    const auto ordered = mesh.triangles;
+    for (std::uint32_t face = 0; face < ordered.size(); ++face)
+        mesh.triangles[face] = ordered[face * 1009U % ordered.size()];  // Coprime: every face once.
+    mesh.triangles.push_back(mesh.triangles.front());                   // A face twice, and an edge of more than two faces.
     mesh.triangles.push_back({0, 1, 5});
-    for (const Triangle& triangle : mesh.triangles)
-        for (const std::uint32_t vertex : triangle)
-            mesh.texcoords.push_back({mesh.positions[vertex].x / side, mesh.positions[vertex].y / side});
+    testing::set_texcoords(mesh, [](Vec3f p) { return Vec2f{p.x / side, p.y / side}; });
     const PackedMesh room = pack_mesh(mesh);
     CHECK(room.bytes.size() <= 12 * room.vertices + 4 * room.triangles);
     const Unpacked found = unpacked(room);

@@ -24,19 +24,13 @@ Mesh sheet(std::uint32_t cells)
     return mesh;
 }
 
-Camera camera(int width, int height)
-{
-    return testing::camera(width, height, 0.8 * width);
-}
-
 }  // namespace
 
 TEST_CASE("packets agree with every triangle tried in turn")
 {
     const Mesh mesh = sheet(12);
     const Scene scene(mesh);
-    Camera view = camera(37, 22);  // not a multiple of the packet's side
-    view.world_from_camera.translation = {0.1, -0.05, 0.013};
+    const Camera view = testing::camera(37, 22, 29.6, {0.1, -0.05, 0.013});  // not a multiple of the packet's side
     std::vector<Hit> hits(37 * 22);
     scene.cast_rows(view, 0, 10, std::span(hits).first(37 * 10));
     scene.cast_rows(view, 10, 22, std::span(hits).subspan(37 * 10));
@@ -86,8 +80,7 @@ TEST_CASE("texels between neighboring pixels follow distance, tilt and the pictu
     mesh.positions = {{-1, -1, 2}, {1, -1, 2}, {-1, 1, 2}};
     mesh.triangles = {{0, 2, 1}};
     mesh.texcoords = {{0, 1}, {0, 0}, {1, 1}};
-    Camera camera;
-    camera.intrinsics = {100, 100, 50, 50, 50, 50};  // a pixel is 1/50 of the depth: 4 cm
+    Camera camera = testing::camera(100, 100, 50);  // a pixel is 1/50 of the depth: 4 cm
     CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 100) == Approx(2));
     CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 300, 100) == Approx(6));
     CHECK(texels_per_pixel(mesh, 0, {0.5, 0.5}, camera, 50, 50, 100, 300) == Approx(6));

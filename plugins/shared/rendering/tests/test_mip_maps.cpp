@@ -2,7 +2,9 @@
 
 #include <fresco/random.h>
 #include <fresco/rendering/mip_maps.h>
+#include <fresco/testing_scenes.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -11,13 +13,11 @@ using namespace fresco::rendering;
 
 TEST_CASE("each level is the area average of the one before, whether its sides are even or not")
 {
-    Random random(5);
     for (const auto& [width, height] : {std::pair{64, 48}, std::pair{64, 33}, std::pair{31, 48}})
     {
-        Raster8 picture(width, height, 3);
+        const Raster8 picture = testing::noise_picture(width, height, 5);
         RasterF level(width, height, 3);
-        for (std::size_t i = 0; i < picture.values.size(); ++i)
-            level.values[i] = picture.values[i] = static_cast<std::uint8_t>(256 * random.uniform());
+        std::ranges::copy(picture.values, level.values.begin());
         const MipMaps maps(picture, TextureFilter::trilinear);
         for (int lod = 0; lod < 4; ++lod)
         {
@@ -41,10 +41,7 @@ TEST_CASE("a batch of lookups gives the colors of single ones, beyond the border
     Random random(6);
     for (const auto& [width, height] : {std::pair{64, 33}, std::pair{1, 1}})
     {
-        Raster8 picture(width, height, 3);
-        for (std::uint8_t& value : picture.values)
-            value = static_cast<std::uint8_t>(256 * random.uniform());
-        const MipMaps maps(picture, TextureFilter::trilinear);
+        const MipMaps maps(testing::noise_picture(width, height, 7), TextureFilter::trilinear);
         Lookups lookups(maps);
         for (const std::size_t count : {std::size_t{1}, std::size_t{7}, std::size_t{200}, std::size_t{5}})
         {

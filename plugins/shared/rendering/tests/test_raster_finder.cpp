@@ -1,5 +1,4 @@
 #include "catch.h"
-#include "finder_cases.h"
 #include "kernels_here.h"
 
 #include <fresco/parallel.h>
@@ -14,11 +13,6 @@
 
 using namespace fresco;
 using namespace fresco::rendering;
-
-std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh)
-{
-    return std::make_unique<RasterFinder>(mesh);
-}
 
 namespace
 {

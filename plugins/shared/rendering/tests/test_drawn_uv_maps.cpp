@@ -1,35 +1,39 @@
-#pragma once
-
 #include "catch.h"
-#include "plain_uv_map.h"
 #include "view_cases.h"
 
 #include <fresco/error.h>
+#include <fresco/rendering/raster_finder.h>
 #include <fresco/testing.h>
+#include <fresco/uv_mapping/shading.h>
 #include <fresco/uv_mapping/uv_mapper.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
-/// \file What every way of finding the faces that pixels see must pass. A test includes this once and defines:
-std::unique_ptr<fresco::FaceFinder> make_finder(const fresco::Mesh& mesh);
+/// \file Uv maps of the faces that RasterFinder finds.
 
-namespace
-{
 using namespace fresco;
 using namespace cases;
 
-CountedUvMap one_map(const Mesh& mesh, const Camera& camera, int height_px, const Progress& progress = Progress{})
+namespace
 {
-    UvMapper mapper(mesh, make_finder(mesh));
-    return mapper.make(camera, std::vector<int>{height_px}, progress).front();
+
+UvMapper mapper_of(const Mesh& mesh)
+{
+    return {mesh, std::make_unique<rendering::RasterFinder>(mesh)};
+}
+
+CountedUvMap one_map(const Mesh& mesh, const Camera& camera, int height_px)
+{
+    return mapper_of(mesh).make(camera, std::vector<int>{height_px}, Progress()).front();
 }
 
 std::vector<std::uint32_t> faces_of(const Mesh& mesh, const Camera& camera)
 {
     std::vector<FaceMap> faces(1, FaceMap(camera.intrinsics.width, camera.intrinsics.height));
-    make_finder(mesh)->find(std::span(&camera, 1), Progress{}, faces);
+    rendering::RasterFinder(mesh).find(std::span(&camera, 1), Progress{}, faces);
     return faces.front().values;
 }
 
@@ -38,11 +42,50 @@ std::int64_t sum(const PixelCounts& counts)
     return counts.valid + counts.back_face + counts.too_near + counts.crack + counts.nothing;
 }
 
+/// The map by testing every face for every pixel: slow, and written without the mappers but for the rule of cracks.
+UvMap plain_uv_map(const Mesh& mesh, const Camera& camera, int height_px)
+{
+    const Camera scaled{camera.intrinsics.scaled_to(camera.intrinsics.width_at(height_px), height_px), camera.world_from_camera};
+    const int width = scaled.intrinsics.width;
+    UvMap map{RasterF(width, height_px, 2), RasterF(width, height_px), RasterF(width, height_px), Raster8(width, height_px)};
+    const auto normals = vertex_normals(mesh);
+    std::vector<testing::RayHit> met;
+    RasterF depth(width, height_px);
+    for (int y = 0; y < height_px; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            met.push_back(testing::cast(mesh, scaled.world_from_camera.translation, scaled.ray(x + 0.5, y + 0.5)));
+            depth.at(x, y) = static_cast<float>(met.back().distance);
+        }
+    for (int y = 0; y < height_px; ++y)
+        for (int x = 0; x < width; ++x)
+        {
+            const testing::RayHit& hit = met[static_cast<std::size_t>(y * width + x)];
+            if (!hit.found() || !hit.front || hit.distance < 0.05 || seen_through_crack(depth, x, y))
+                continue;
+            Vec2d uv;
+            Vec3d normal;
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                const auto corner = mesh.texcoords[3 * hit.triangle + k];
+                uv = uv + Vec2d{corner.x, corner.y} * hit.weights[k];
+                normal += vec_cast<double>(normals[mesh.triangles[hit.triangle][k]]) * hit.weights[k];
+            }
+            map.uv.at(x, y, 0) = static_cast<float>(uv.x);
+            map.uv.at(x, y, 1) = static_cast<float>(uv.y);
+            map.depth.at(x, y) = depth.at(x, y);
+            const Vec3d ray = normalized(scaled.ray(x + 0.5, y + 0.5));
+            map.cosine.at(x, y) = static_cast<float>(std::clamp(-dot(normalized(normal), ray), 0.0, 1.0));
+            map.valid.at(x, y) = 1;
+        }
+    return map;
+}
+
 /// Equal to the plain map but for `other` pixels at most, whose rays pass an edge within rounding.
 void check_against_plain(const Mesh& mesh, const Camera& camera, int height_px, int other)
 {
     const UvMap map = one_map(mesh, camera, height_px).map;
-    const UvMap plain = plain::uv_map(mesh, camera, height_px);
+    const UvMap plain = plain_uv_map(mesh, camera, height_px);
     int apart = 0;
     for (std::size_t i = 0; i < map.valid.values.size(); ++i)
     {
@@ -187,8 +230,8 @@ TEST_CASE("maps are equal for any number of threads and in any company")
     const Mesh mesh = cave(100);  // More faces than a block has.
     const Camera camera = testing::camera(200, 150, 90, {0.1, 0.2, 0.3}, 0.7);
     const std::vector<int> heights{40, 150, 333};
-    UvMapper one(mesh, make_finder(mesh));
-    UvMapper many(mesh, make_finder(mesh));
+    UvMapper one = mapper_of(mesh);
+    UvMapper many = mapper_of(mesh);
     many.make(testing::camera(64, 64, 20), std::vector<int>{333, 40}, testing::TestRun(3));  // leaves its memory to the next
     const auto& a = one.make(camera, heights, testing::TestRun(1));
     const auto& b = many.make(camera, heights, testing::TestRun(5));

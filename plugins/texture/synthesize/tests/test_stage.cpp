@@ -69,11 +69,15 @@ double turn_between(double a, double b)
     return std::abs(std::remainder(a - b, 2 * std::numbers::pi));
 }
 
-}  // namespace
-
-TEST_CASE("the painting keeps what the start shows, more so the more faithful it is")
+struct WithWall
 {
     Studio wall;
+};
+
+}  // namespace
+
+TEST_CASE_METHOD(WithWall, "the painting keeps what the start shows, more so the more faithful it is")
+{
     wall.start = start_of(wall.mesh, 96,
                           [](Vec2f uv) {
                               return uv.x < 0.5F ? Vec3f{0.9F, 0.8F, 0.5F} : Vec3f{0.1F, 0.1F, 0.3F};
@@ -90,9 +94,8 @@ TEST_CASE("the painting keeps what the start shows, more so the more faithful it
     }
 }
 
-TEST_CASE("what the start does not know is painted too, and its share reported")
+TEST_CASE_METHOD(WithWall, "what the start does not know is painted too, and its share reported")
 {
-    Studio wall;
     for (int y = 0; y < 96; ++y)
         for (int x = 48; x < 96; ++x)
         {
@@ -111,9 +114,8 @@ TEST_CASE("what the start does not know is painted too, and its share reported")
     CHECK(std::abs(mean_light(painted, 0.8, 1) - mean_light(painted, 1, 1.2)) < 0.12);
 }
 
-TEST_CASE("a larger texture shows the same motifs in the same places, also one with a level more")
+TEST_CASE_METHOD(WithWall, "a larger texture shows the same motifs in the same places, also one with a level more")
 {
-    Studio wall;
     const Painted small = wall.paint();
     const Painted large = wall.paint({{"size_px", 256}});
     std::size_t same = 0;
@@ -142,9 +144,8 @@ TEST_CASE("a larger texture shows the same motifs in the same places, also one w
     CHECK(light_apart(coarse, painted(256, 0)) < 0.8 * light_apart(coarse, painted(256, 5)));
 }
 
-TEST_CASE("the start is given the picture's colors unless it has them")
+TEST_CASE_METHOD(WithWall, "the start is given the picture's colors unless it has them")
 {
-    Studio wall;
     wall.start = start_of(wall.mesh, 96, [](Vec2f uv) { return Vec3f{0.08F + 0.1F * uv.x, 0.12F, 0.3F}; });
     Vec3f mean;
     for (std::size_t i = 0; i < wall.picture.values.size(); i += 3)
@@ -154,9 +155,8 @@ TEST_CASE("the start is given the picture's colors unless it has them")
     CHECK(mean_light(wall.paint({{"painterly", 0.0}, {"recolor", false}}), 0, 2) < usual - 0.12);
 }
 
-TEST_CASE("transparent parts of the picture are not copied, and alpha that hides nothing changes nothing")
+TEST_CASE_METHOD(WithWall, "transparent parts of the picture are not copied, and alpha that hides nothing changes nothing")
 {
-    Studio wall;
     const Painted plain = wall.paint({{"up", "y"}});
     const Raster8 rgb = wall.picture;
     const auto with_alpha = [&](int alpha_at_right)

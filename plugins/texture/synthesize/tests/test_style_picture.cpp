@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "samples.h"
 
 #include <fresco/error.h>
@@ -7,9 +8,8 @@
 
 using namespace samples;
 
-TEST_CASE("a picture without contrast, or smaller than a patch, is refused by name")
+TEST_CASE_METHOD(testing::StageTest, "a picture without contrast, or smaller than a patch, is refused by name")
 {
-    testing::TestRun run;
     for (const double scale : {1.0, 0.5})
         CHECK_THROWS_WITH(StylePicture(Raster8(64, 64, 3, 90), scale, 11, run), Catch::Contains("a single color"));
     for (const auto& [width, height, scale] : {std::tuple(10, 64, 1.0), std::tuple(64, 10, 1.0), std::tuple(64, 64, 0.15)})
@@ -24,9 +24,9 @@ TEST_CASE("a picture without contrast, or smaller than a patch, is refused by na
     CHECK(std::ranges::all_of(checkers.key_features(), [](float v) { return std::isfinite(v); }));
 }
 
-TEST_CASE("keys are a regular grid of whole patches, at most twelve thousand, and the nearest to a position is found")
+TEST_CASE_METHOD(testing::StageTest,
+                 "keys are a regular grid of whole patches, at most twelve thousand, and the nearest to a position is found")
 {
-    testing::TestRun run;
     Random random(8);
     struct Case
     {
@@ -78,9 +78,8 @@ TEST_CASE("keys are a regular grid of whole patches, at most twelve thousand, an
     }
 }
 
-TEST_CASE("features are as far apart as patches whose mean color counts half")
+TEST_CASE_METHOD(testing::StageTest, "features are as far apart as patches whose mean color counts half")
 {
-    testing::TestRun run;
     // Three of 27 components are left out, which hold next to nothing.
     const StylePicture level(brush_picture(56, 48, 11), 1, 3, run);
     const std::size_t count = level.feature_count();
@@ -116,9 +115,9 @@ TEST_CASE("a picture's colors are bilinear, and those at its border go on beyond
     CHECK(bilinear(picture, {-3, 9}) == Vec3f{40, 41, 42});
 }
 
-TEST_CASE("no patch lies on a transparent pixel, and the key near a position is the nearest of those that are left")
+TEST_CASE_METHOD(testing::StageTest,
+                 "no patch lies on a transparent pixel, and the key near a position is the nearest of those that are left")
 {
-    testing::TestRun run;
     Random random(9);
     const Raster8 rgb = brush_picture(120, 100, 1);
     const Raster8 opaque = testing::picture(
@@ -194,9 +193,9 @@ Raster8 doubled(const Raster8& picture)
 
 }  // namespace
 
-TEST_CASE("the stroke width of stripes is theirs at any angle and size, that of strokes their width, not their length")
+TEST_CASE_METHOD(testing::StageTest,
+                 "the stroke width of stripes is theirs at any angle and size, that of strokes their width, not their length")
 {
-    testing::TestRun run;
     for (const double width : {4.0, 7.0, 10.0})
         for (const double degrees : {0.0, 20.0, 45.0, 90.0, 133.0})
         {
@@ -217,9 +216,8 @@ TEST_CASE("the stroke width of stripes is theirs at any angle and size, that of 
     }
 }
 
-TEST_CASE("noise has the narrowest strokes, and any picture some")
+TEST_CASE_METHOD(testing::StageTest, "noise has the narrowest strokes, and any picture some")
 {
-    testing::TestRun run;
     CHECK(stroke_width_px(testing::noise_picture(200, 200, 9), run) <= 3);
     CHECK(stroke_width_px(doubled(testing::noise_picture(100, 100, 9)), run) <= 5);
     for (const int size : {1, 2, 30, 200})

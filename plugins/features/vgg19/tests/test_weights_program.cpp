@@ -51,9 +51,14 @@ class Server
 {
   public:
     Server(const Workplace& place, const std::vector<std::byte>& contents, const std::vector<std::string>& options = {})
-        : log_(place.file("requests")),
-          process_(words(place, contents, options), {}, place.file("."), place.file("server_out"), place.file("server_err"))
+        : log_(place.file("requests"))
     {
+        fs::remove(place.file("port"));
+        fresco::write_file(place.file("served"), contents);
+        std::vector<std::string> words{FRESCO_PYTHON, FRESCO_RANGE_SERVER, place.file("served"), place.file("port"), log_};
+        words.insert(words.end(), options.begin(), options.end());
+        process_.emplace(words, std::map<std::string, std::string>(), place.file("."), place.file("server_out"),
+                         place.file("server_err"));
         wait_until([&] { return fs::exists(place.file("port")); });
         address_ = "http://127.0.0.1:" + fresco::read_text_file(place.file("port")) + "/";
     }
@@ -68,29 +73,22 @@ class Server
     }
 
   private:
-    static std::vector<std::string> words(const Workplace& place, const std::vector<std::byte>& contents,
-                                          const std::vector<std::string>& options)
-    {
-        fs::remove(place.file("port"));
-        fresco::write_file(place.file("served"), contents);
-        std::vector<std::string> all{FRESCO_PYTHON, FRESCO_RANGE_SERVER};
-        for (const char* file : {"served", "port", "requests"})
-            all.push_back(place.file(file));
-        all.insert(all.end(), options.begin(), options.end());
-        return all;
-    }
-
     fs::path log_;
-    Background process_;
+    std::optional<Background> process_;
     std::string address_;
+};
+
+struct WithPlace
+{
+    Workplace place;
+    std::vector<std::byte> bytes = small_weights();
+    std::string hash = fresco::weights::sha256(bytes);
 };
 
 }  // namespace
 
-TEST_CASE("weights inspect says what a file holds")
+TEST_CASE_METHOD(WithPlace, "weights inspect says what a file holds")
 {
-    Workplace place;
-    const auto bytes = small_weights();
     fresco::write_file(place.file("w.safetensors"), bytes);
     const Finished text = place.run({"inspect", "w.safetensors"});
     REQUIRE(text.code == 0);
@@ -98,7 +96,7 @@ TEST_CASE("weights inspect says what a file holds")
                                    "zero", "not used: classifier.0.bias"})
         CHECK(contains(text.out, part));
     const auto value = fresco::parse_json(place.run({"inspect", "--json", "w.safetensors"}).out);
-    CHECK(value.at("sha256").as_string() == fresco::weights::sha256(bytes));
+    CHECK(value.at("sha256").as_string() == hash);
     CHECK(value.at("tensors").as_list()[0].at("shape").as_list().size() == 4);
     CHECK(value.at("scale").as_string() == "other");
 
@@ -114,15 +112,13 @@ TEST_CASE("weights inspect says what a file holds")
     CHECK(place.run({"get", "vgg16"}).code == 2);
 }
 
-TEST_CASE("weights convert writes the convolutions with what they are")
+TEST_CASE_METHOD(WithPlace, "weights convert writes the convolutions with what they are")
 {
-    Workplace place;
-    const auto bytes = small_weights();
     fresco::write_file(place.file("w.safetensors"), bytes);
     REQUIRE(place.run({"convert", "w.safetensors", "out.safetensors", "--input", "bgr", "--scale", "raw"}).code == 0);
     const auto file = fresco::weights::read_weights(place.file("out.safetensors"));
     CHECK(file.contents.tensors.size() == 2);
-    CHECK(file.contents.metadata.at("source_sha256") == fresco::weights::sha256(bytes));
+    CHECK(file.contents.metadata.at("source_sha256") == hash);
     CHECK(contains(file.contents.metadata.at("input"), "BGR"));
     CHECK(file.contents.metadata.at("padding") == "zero");
     CHECK(fresco::weights::to_float32(*file.contents.find("features.0.weight"), "w")[65] == 65.0F / 64);
@@ -145,11 +141,8 @@ TEST_CASE("weights convert writes the convolutions with what they are")
     CHECK(contains(beyond.err, "relu1_1 to relu1_1"));
 }
 
-TEST_CASE("weights get fetches a file once, checks it and goes on where it was interrupted")
+TEST_CASE_METHOD(WithPlace, "weights get fetches a file once, checks it and goes on where it was interrupted")
 {
-    Workplace place;
-    const auto bytes = small_weights();
-    const std::string hash = fresco::weights::sha256(bytes);
     const Server server(place, bytes, {"cut=3000"});
     const std::vector<std::string> get{"get", "vgg19", "--url", server.url(), "--sha256", hash};
 
@@ -184,11 +177,8 @@ TEST_CASE("weights get fetches a file once, checks it and goes on where it was i
     }
 }
 
-TEST_CASE("weights get refuses what is not the file")
+TEST_CASE_METHOD(WithPlace, "weights get refuses what is not the file")
 {
-    Workplace place;
-    const auto bytes = small_weights();
-    const std::string hash = fresco::weights::sha256(bytes);
     const Server server(place, bytes, {"ranges=no"});
     const auto get = [&](const std::vector<std::string>& more)
     {
@@ -222,14 +212,12 @@ TEST_CASE("weights get refuses what is not the file")
     CHECK(contains(get({"--url", server.url(), "--sha256", hash}).err, "curl is not installed"));
 }
 
-TEST_CASE("weights get ends where a server sends too much, and keeps nothing of it")
+TEST_CASE_METHOD(WithPlace, "weights get ends where a server sends too much, and keeps nothing of it")
 {
     std::signal(SIGXFSZ, SIG_IGN);
-    Workplace place;
-    const auto bytes = small_weights();
     const fs::path to = place.file("w.pth");
     const auto fetch = [&](const Server& server, std::size_t most_bytes) {
-        return fresco::weights::download({server.url(), fresco::weights::sha256(bytes), to, most_bytes});
+        return fresco::weights::download({server.url(), hash, to, most_bytes});
     };
     for (const char* says : {"says=700000000", "says=0"})
     {
@@ -242,9 +230,8 @@ TEST_CASE("weights get ends where a server sends too much, and keeps nothing of 
     CHECK(fresco::read_file(to) == bytes);
 }
 
-TEST_CASE("weights get expects the whole SHA-256, and no http behind https")
+TEST_CASE_METHOD(WithPlace, "weights get expects the whole SHA-256, and no http behind https")
 {
-    Workplace place;
     // In place of curl, notes what it is asked to do.
     fs::create_directories(place.file("programs"));
     const fs::path curl = place.file("programs/curl");
@@ -261,9 +248,8 @@ TEST_CASE("weights get expects the whole SHA-256, and no http behind https")
     CHECK(contains(place.run({"get", "--help"}).out, "dcbb9e9dad569fff7a846263a77324fc34978fea2bfb039c012d710e1776ae44"));
 }
 
-TEST_CASE("the words of a command line are offered as fresco asks for them")
+TEST_CASE_METHOD(WithPlace, "the words of a command line are offered as fresco asks for them")
 {
-    const Workplace place;
     const auto offered = [&](std::vector<std::string> words)
     {
         words.insert(words.begin(), "internal-complete");

@@ -9,6 +9,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/numerics/greedy_cover.h>
 #include <fresco/parallel.h>
 #include <fresco/torch/tensor.h>
 #include <fresco/torch/tensor_memory.h>
@@ -58,11 +59,10 @@ std::vector<torch::Tensor> camera_samples(const ViewSource& source, const std::v
                                           const torch::Device& device)
 {
     constexpr std::size_t most = 8;
-    const std::size_t count = std::min(most, views.size());
     std::vector<torch::Tensor> samples;
-    for (std::size_t i = 0; i < count; ++i)
+    for (const std::size_t i : numerics::evenly_spread(std::min(most, views.size()), views.size()))
     {
-        const Raster8 picture = source.camera(views[(2 * i + 1) * views.size() / (2 * count)]);
+        const Raster8 picture = source.camera(views[i]);
         const int height = source.height_px(0);
         const int width = Intrinsics{picture.width, picture.height, 1, 1, 0, 0}.width_at(height);
         samples.push_back(to_tensor(resized(picture, width, height)).to(device));
@@ -214,14 +214,9 @@ class Loop
             prepared_states_.emplace(name, loss->state());
     }
 
-    /// Puts a checkpoint back. Throws Error where it does not fit.
+    /// Puts a checkpoint back.
     void restore(const Checkpoint& checkpoint)
     {
-        if (checkpoint.seen.width != options_.size_px || checkpoint.step > schedule_.steps())
-            throw Error("it belongs to another run");
-        for (const auto& entry : checkpoint.held_out)
-            if (entry.parts.size() != components_.losses.size())
-                throw Error("it belongs to a run with other losses");
         checkpoint.restore(parameters(), components_.rule, components_.losses);
         seen_ = checkpoint.seen;
         step_ = checkpoint.step;

@@ -29,12 +29,8 @@ ViewSource::ViewSource(const UvMaps& maps, const Frames& frames, const ImageIo* 
             levels_.push_back(level);
     for (const int height : heights_px)
         if (std::find(maps.heights_px.begin(), maps.heights_px.end(), height) == maps.heights_px.end())
-        {
-            std::string found;
-            for (const int of_maps : maps.heights_px)
-                found += (found.empty() ? "" : ", ") + std::to_string(of_maps);
-            throw Error(fmt::format("option \"heights_px\": no uv maps of {} px; found {}", height, found));
-        }
+            throw Error(
+                fmt::format("option \"heights_px\": no uv maps of {} px; found {}", height, fmt::join(maps.heights_px, ", ")));
     has_depth_ = std::ranges::none_of(frame_of_, [&](std::size_t i) { return frames.frames[i].depth_picture.empty(); });
     for (std::size_t view = 0; view < maps.views.size() && !start_; ++view)
     {

@@ -253,6 +253,7 @@ class MeshFuse final : public Stage
         const auto overlapping = std::ranges::count_if(agreements, [](const inspect::Agreement& frame)
                                                        { return frame.covered() >= fewest_depths_of_frame; });
         const bool is_explained = found.assumption != inspect::Assumption{};
+        const bool is_empty = !found.findings.empty() && found.findings.front().cause == "empty_depth";
         bool is_certain = false;
         std::string text;
         for (const inspect::Finding& finding : found.findings)
@@ -263,6 +264,8 @@ class MeshFuse final : public Stage
         }
         const bool overlap = overlapping >= fewest_overlapping_frames && sum.covered() >= fewest_compared_depths &&
                              sum.in_front > inspect::hardly_in_front * sum.covered();
+        if (!given.has_value() && is_empty)
+            throw Error(text);
         if (!given.has_value() && !overlap && !(is_explained && is_certain))
             return run.message("depth pictures overlap too little to tell whether the poses are right");
         if (is_certain && sum.share() < wrong_share)

@@ -161,6 +161,32 @@ TEST_CASE("without a mesh, mistakes are named by how frames agree with each othe
     check_without_mesh(recordings::walk(), named_without_mesh(), 0.8);
 }
 
+TEST_CASE("without a mesh, depths that no room has tell whose unit is wrong, and empty ones are named", "[scan.inspect]")
+{
+    const auto* walk = recordings::walk();
+    if (walk == nullptr)
+        return;
+    Looked right;
+    for (const Chosen& chosen : chosen_frames(*walk->frames, 12, false, walk->depth))
+        right.views.push_back(view_of(*walk->frames, chosen, walk->depth, nullptr, false));
+    const auto first_after = [&](const Change& change)
+    {
+        const Diagnosis found = diagnose_after(right, change);
+        INFO(told(found));
+        REQUIRE_FALSE(found.findings.empty());
+        CHECK(found.findings.front().certain);
+        return found.findings.front().cause + ": " + found.findings.front().text + "; " + summary(found, false);
+    };
+    CHECK_THAT(first_after(scaled_depths(5)),
+               Catch::StartsWith("depth_unit: ") && Catch::Contains("depth_unit_m by 0.2 (0.0002"));
+    CHECK_THAT(first_after(scaled_poses(4)), Catch::StartsWith("pose_unit: ") && Catch::Contains("the positions by 0.25 ("));
+    Frames empty = *walk->frames;
+    right.views = {view_of(
+        empty, {0}, [](const Frame& frame) { return RasterF(frame.depth.intrinsics.width, 8); }, nullptr, false)};
+    CHECK_THAT(first_after([](Looked&) {}), Catch::StartsWith("empty_depth: the depth pictures are empty") &&
+                                                Catch::Contains("nothing to compare: the frames have empty depth pictures"));
+}
+
 TEST_CASE("mistakes made on purpose in real recordings are named, and right ones give no alarm", "[.real]")
 {
     check_without_mesh(recordings::hololens(), named_without_mesh());

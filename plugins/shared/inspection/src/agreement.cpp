@@ -160,7 +160,7 @@ std::string axis_names(const Mat3& turn)
 double usual_scale(double scale)
 {
     for (const double usual : {1000.0, 0.001, 0.25, 0.2, 4.0, 5.0, 100.0, 0.01, 10.0, 0.1, 0.3048, 3.2808})
-        if (std::abs(std::log(scale / usual)) < 0.04)
+        if (std::abs(std::log(scale / usual)) < 0.06)
             return usual;
     return scale;
 }

@@ -88,8 +88,9 @@ constexpr double shift_tolerance = 0.015;
 constexpr double contradicting = 0.25;
 constexpr double hardly_covered = 0.002;
 constexpr std::size_t look_stride = 4;
-constexpr double largest_depth_m = 50;
-constexpr double least_depth_m = 0.05;
+/// Half of what a depth camera sees of a room is nearer than the one and farther than the other.
+constexpr double largest_depth_m = 6;
+constexpr double least_depth_m = 0.5;
 /// Parts that agree less than this do not belong together.
 constexpr double hopeless = 0.2;
 /// Moving people, mixed pixels and noise of a few percent stay below this share.
@@ -141,6 +142,11 @@ class Judge
         if (result_.channels_exchanged)
             tell(result_.findings, "red_and_blue_exchanged",
                  "the color pictures have red and blue exchanged (BGR), judged by the colors of the mesh: exchange them");
+        if (depths_.empty() && std::ranges::any_of(views_, &View::depth_is_empty))
+            tell(result_.findings, "empty_depth",
+                 "the depth pictures are empty: all values in those of the inspected frames are 0 or 65535, which mean that "
+                 "nothing "
+                 "was measured; export the recording again, with its depth");
         judge_rest();
         return std::move(result_);
     }
@@ -163,7 +169,8 @@ class Judge
         numerics::Bounds<double> cameras;
         for (const View& view : views_)
             cameras.add(view.depth.track.poses[view.depth.track.own].translation);
-        return a.depth_scale != 1 || (a.pose_scale < 1 && length(cameras.high - cameras.low) > largest_room);
+        return std::abs(std::log10(a.depth_scale)) >= 1 ||
+               (a.pose_scale < 1 && length(cameras.high - cameras.low) > largest_room);
     }
     /// Reports poses, positions or rotations that are all equal although the depths contradict that. Without depth, only equal
     /// poses are odd enough.
@@ -193,8 +200,8 @@ class Judge
                 depths.push_back(static_cast<double>(sample.depth));
         if (a.pose_scale == 1 || depths.empty())
             return;
-        const double usual = numerics::median(std::move(depths));
-        if (usual < largest_depth_m && usual > least_depth_m)
+        const auto is_of_room = [](double depth) { return depth > least_depth_m && depth < largest_depth_m; };
+        if (const double usual = numerics::median(std::move(depths)); is_of_room(usual) || !is_of_room(usual / a.pose_scale))
             return;
         a.depth_scale = usual_scale(1 / a.pose_scale);
         a.pose_scale = 1;

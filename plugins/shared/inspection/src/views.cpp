@@ -390,6 +390,7 @@ View view_of(const Frames& frames, const Chosen& chosen, const DepthReader& read
     {
         const RasterF measured = read_depth(frame);
         view.depth.samples = sample_depth(measured, grid_columns);
+        view.depth_is_empty = view.depth.samples.empty();
         view.silhouette = silhouette_of(measured);
     }
     if (with_color && !frame.color_picture.empty())

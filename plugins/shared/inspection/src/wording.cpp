@@ -77,12 +77,16 @@ void tell_reading(const Assumption& a, double extent, Findings& findings)
 
 void tell_axes(const Assumption& a, double extent, bool inside_out, Findings& findings)
 {
-    if (a.camera_turn == axis_rotations()[1])
+    if (a.camera_turn == axis_rotations()[1] && tells_of_opengl_files(a, extent))
+        tell(findings, "opengl_axes",
+             std::string("the inverted poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are "
+                         "expected: ") +
+                 negate_columns + " afterward, but not in" + opengl_files);
+    else if (a.camera_turn == axis_rotations()[1])
         tell(findings, "opengl_axes",
              std::string("the poses have OpenGL's camera axes (y up, z backward) where OpenCV's (y down, z forward) are "
                          "expected, or OpenCV's in a transforms.json, which has OpenGL's: ") +
-                 negate_columns + " (with layout.folder, set axes to its other value)" +
-                 (tells_of_opengl_files(a, extent) ? std::string(". In") + opengl_files + ", only invert the poses" : ""));
+                 negate_columns + " (with layout.folder, set axes to its other value)");
     else if (!(a.camera_turn == Mat3{}))
         tell(findings, "camera_axes",
              "the poses have other camera axes than OpenCV's: right, down and forward are their " + axis_names(a.camera_turn));
@@ -100,6 +104,12 @@ void tell_axes(const Assumption& a, double extent, bool inside_out, Findings& fi
                  (inside_out ? "" : " and swap two corners of every face"));
 }
 
+/// "depth_unit_m by 0.2 (0.0002 if it is 0.001)": users who never set the option do not know its value.
+std::string depth_unit_by(double factor)
+{
+    return "depth_unit_m by " + number(factor) + " (" + number(0.001 * factor) + " if it is 0.001)";
+}
+
 void tell_units(const Assumption& a, double extent, Findings& findings)
 {
     const double poses = a.pose_scale;
@@ -109,7 +119,7 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
     {
         tell(findings, poses == 0.001 ? "millimeter_poses" : "pose_unit",
              "the poses' positions and the depths are in different units: multiply the positions by " + number(poses) +
-                 " (unit_m of scan.recording) or, if these are in meters, depth_unit_m by " + number(1 / poses));
+                 " (unit_m of scan.recording) or, if these are in meters, " + depth_unit_by(1 / poses));
         return;
     }
     const auto unit = [](double scale)
@@ -141,10 +151,12 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
         tell(findings, "millimeter_depth",
              "depths come out 1000 times too large: the depth pictures hold millimeters, set depth_unit_m: 0.001");
     else if (depths != 1 && extent == 0)
-        tell(findings, "depth_unit", "the depths are not in meters: multiply depth_unit_m by " + number(depths));
+        tell(findings, "depth_unit",
+             "the depths and the poses' positions are in different units: multiply " + depth_unit_by(depths) +
+                 " or, if the depths are in meters, the positions by " + number(1 / depths) + " (unit_m of scan.recording)");
     else if (depths != 1)
         tell(findings, "depth_unit",
-             "depths are not in the mesh's unit: multiply depth_unit_m by " + number(depths) +
+             "depths are not in the mesh's unit: multiply " + depth_unit_by(depths) +
                  "; or, if mesh and poses have an arbitrary unit, as COLMAP's have, multiply unit_m of both by " +
                  number(1 / depths));
 }
@@ -223,7 +235,8 @@ std::string summary(const Diagnosis& diagnosis, bool by_mesh)
         text += std::string(text.empty() ? "" : ", ") + "the pictures' edges are " + number(1 + fit.edge_response) +
                 " times as strong along the outlines as elsewhere";
     if (text.empty())
-        return "nothing to compare: the frames have no depth, and no pictures in which the mesh has an outline";
+        return std::string("nothing to compare: the frames have ") + (diagnosis.findings.empty() ? "no" : "empty") +
+               " depth pictures, and no pictures in which the mesh has an outline";
     const std::string agree = by_mesh ? "mesh and frames agree: " : "the frames agree with each other: ";
     return (diagnosis.findings.empty() ? agree : "as recorded: ") + text;
 }
@@ -311,7 +324,9 @@ void tell_color(const Diagnosis& diagnosis, bool one_camera, Findings& findings)
 void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, Findings& findings)
 {
     for (std::size_t i = 0; i < findings.size(); ++i)
-        if (i < by_depth && diagnosis.depths > 0)
+        if (i + 1 < by_depth && diagnosis.depths > 0)
+            findings[i].text += fmt::format(" ({} of {} corrections that belong together)", i + 1, by_depth);
+        else if (i < by_depth && diagnosis.depths > 0)
             findings[i].text += (by_depth > 1 ? " (with all " + std::to_string(by_depth) + " corrections together, " : " (") +
                                 percent(diagnosis.explained.agreement) + " of the covered depths agree" +
                                 (by_depth > 1 ? ", " : " then, ") + percent(diagnosis.recorded.agreement) + " as recorded)";

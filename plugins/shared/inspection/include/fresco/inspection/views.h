@@ -91,8 +91,9 @@ struct ColorSample
 /// A frame as the diagnosis sees it.
 struct View
 {
-    std::size_t frame = 0;  ///< Index into Frames::frames.
-    DepthView depth;        ///< Without samples if the frame has no depth picture; its camera is the color camera then.
+    std::size_t frame = 0;        ///< Index into Frames::frames.
+    DepthView depth;              ///< Without samples if the frame has no depth picture; its camera is the color camera then.
+    bool depth_is_empty = false;  ///< There is a depth picture, and all that was sampled of it means none.
     std::vector<DepthSample> silhouette;  ///< Silhouette of the depth picture, in its pixels.
     Intrinsics color;                     ///< At the size of `edges`.
     RasterF edges;                        ///< edge_strength; empty if the frame has no color picture.

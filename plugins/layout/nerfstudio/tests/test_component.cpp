@@ -92,6 +92,8 @@ TEST_CASE("small differences of transforms.json", "[layout.nerfstudio]")
     const Intrinsics camera = WrittenRecording(layout).frames.frames[0].color.intrinsics;
     const auto check_camera = [&](const auto& edit) { CHECK(read(edit).first.at(1).color.intrinsics == camera); };
     check_camera([](Value& root) { root.set("w", "32"); });
+    check_camera([](Value& root) { root.set("w", 32.0); });
+    check_camera([](Value& root) { root.find("frames")->as_list()[1].find("transform_matrix")->as_list().pop_back(); });
     check_camera([&](Value& root) { without(root, "w"); });
     check_camera(
         [&](Value& root)
@@ -110,6 +112,18 @@ TEST_CASE("small differences of transforms.json", "[layout.nerfstudio]")
                  {std::pair{"fl_x", camera.fx}, {"fl_y", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}})
                 root.set(key, 2 * value);
         });
+    // As programs write it on Windows, and with one smaller picture.
+    const WrittenRecording saved(layout);
+    std::string text = "\xEF\xBB\xBF";
+    for (const char c : saved.text(list))
+        text += c == '\n' ? "\r\n" : std::string(1, c);
+    saved.write(list, text);
+    check_same_recording(*saved.read().frames, saved.frames, saved.images);
+    write_file(saved.path / layout.color, saved.images.encode_png(Raster8(16, 12, 3)));
+    const auto mixed = saved.read().frames->frames;
+    CHECK((mixed[0].color.intrinsics == camera && mixed[1].color.intrinsics == camera.scaled_to(16, 12)));
+    CHECK(mixed[1].depth.intrinsics == mixed[0].depth.intrinsics);
+
     const auto& [tracked, said] =
         read([](Value& root) { root.find("frames")->as_list()[1].find("transform_matrix")->as_list()[0].as_list()[0] = "NaN"; });
     CHECK(tracked.size() == 2);
@@ -343,9 +357,13 @@ TEST_CASE("a file that cannot be used is refused by name", "[layout.nerfstudio]"
                          {set(1, {{"camera_model", "PINHOLE"}, {"k1", 0.1}}), {"frame 1: camera_model: is PINHOLE, but k1"}},
                          {set(2, {{"transform_matrix", Value::List{Value::List{1, 0, 0, 0}}}}),
                           {"frame 2: transform_matrix: 4 numbers; expected a 4x4 matrix"}},
+                         {set(2, {{"transform_matrix", Value::List{Value::List{1, 0, 0, 0}, Value::List{0, 1, 0, 0},
+                                                                   Value::List{0, 0, 1, 0}, Value::List{4, 5, 6, 1}}}}),
+                          {"frame 2: transform_matrix: expected 0 0 0 1", "it is the last column: write the matrix row by row"}},
                          {set(2, {{"transform_matrix", "x"}}), {"frame 2: transform_matrix: expected a list"}},
                          {set(0, {{"fl_x", "585"}}), {"frame 0: fl_x: expected a number"}},
                          {set(0, {{"w", 32.5}}), {"frame 0: w: expected a whole number of pixels"}},
                          {set(0, {{"depth_file_path", "depth/0.npy"}}), {"frame 0: depth_file_path: is 0.npy"}},
-                         {set(0, {{"depth_unit_scale_factor", 0}}), {"depth_unit_scale_factor: must be meters per step"}}});
+                         {set(0, {{"depth_unit_scale_factor", 0}}), {"depth_unit_scale_factor: must be meters per step"}},
+                         {set(0, {{"depth_unit_scale_factor", 1000}}), {"; for steps of a millimeter, 0.001"}}});
 }

@@ -1,8 +1,8 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 
 #include <fresco/error.h>
 #include <fresco/mesh.h>
-#include <fresco/testing.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,20 +23,16 @@ Mesh strip(std::uint32_t faces)
     return mesh;
 }
 
-std::shared_ptr<Mesh> run(const Mesh& mesh, const Value& options, testing::TestRun& context)
+std::shared_ptr<Mesh> blocks(const Mesh& mesh, const Value& options, testing::TestRun& run)
 {
-    const testing::TemporaryFolder folder;
-    testing::run_stage(FRESCO_PLUGIN_FILE, "atlas.face_blocks", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, folder.path(),
-                       context);
-    return Mesh::load({folder.path() / "atlas", {}});
+    return testing::output_of<Mesh>("atlas.face_blocks", "atlas", options, {{"mesh", std::make_shared<Mesh>(mesh)}}, run);
 }
 
 }  // namespace
 
-TEST_CASE("lookups in a face read only texels of its own block")
+TEST_CASE_METHOD(testing::StageTest, "lookups in a face read only texels of its own block")
 {
-    testing::TestRun context;
-    const auto uv = run(strip(256), Value::Map{{"size_px", 64}}, context)->texcoords;
+    const auto uv = blocks(strip(256), Value::Map{{"size_px", 64}}, run)->texcoords;
     for (const std::size_t face : {0U, 17U, 255U})
         for (std::size_t corner = 3 * face; corner < 3 * face + 3; ++corner)
             // Between the corners lookups lie between theirs.
@@ -50,10 +46,9 @@ TEST_CASE("lookups in a face read only texels of its own block")
             }
 }
 
-TEST_CASE("the stage gives every face a chart and counter-clockwise texture coordinates")
+TEST_CASE_METHOD(testing::StageTest, "the stage gives every face a chart and counter-clockwise texture coordinates")
 {
-    testing::TestRun context;
-    const auto atlas = run(strip(200), Value::Map{{"size_px", 64}}, context);
+    const auto atlas = blocks(strip(200), Value::Map{{"size_px", 64}}, run);
     CHECK(atlas->texture_px == 64);
     REQUIRE(atlas->texcoords.size() == 600);
     REQUIRE(atlas->charts.size() == 200);
@@ -65,12 +60,11 @@ TEST_CASE("the stage gives every face a chart and counter-clockwise texture coor
         const float area = (uv[1].x - uv[0].x) * (uv[2].y - uv[0].y) - (uv[2].x - uv[0].x) * (uv[1].y - uv[0].y);
         CHECK(area == Approx(2.875 * 2.875 / (64 * 64)));
     }
-    CHECK(context.reported.find("used_share")->as_double() == Approx(200.0 / 256));
+    CHECK(run.reported.find("used_share")->as_double() == Approx(200.0 / 256));
 }
 
-TEST_CASE("more faces than blocks are refused with the size that would do")
+TEST_CASE_METHOD(testing::StageTest, "more faces than blocks are refused with the size that would do")
 {
-    testing::TestRun context;
-    CHECK_THROWS_WITH(run(strip(257), Value::Map{{"size_px", 64}}, context),
+    CHECK_THROWS_WITH(blocks(strip(257), Value::Map{{"size_px", 64}}, run),
                       Catch::Contains("room for 256") && Catch::Contains("to 128"));
 }

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "painted_corner.h"
+#include "plugin_under_test.h"
 #include "raw_images.h"
 
 #include <fresco/files.h>
@@ -24,9 +25,8 @@ std::shared_ptr<const Frames> aligned(const Mesh& mesh, const Frames& frames, te
 
 }  // namespace
 
-TEST_CASE("the stage corrects the color cameras and nothing else")
+TEST_CASE_METHOD(testing::StageTest, "the stage corrects the color cameras and nothing else")
 {
-    testing::TemporaryFolder folder;
     Frames frames;
     const auto truth = cameras();
     for (std::size_t i = 0; i < truth.size(); ++i)
@@ -36,7 +36,6 @@ TEST_CASE("the stage corrects the color cameras and nothing else")
         testing::set_color_picture(frame, folder.path(), picture_of(truth[i]));
         frames.frames.push_back(frame);
     }
-    testing::TestRun run;
     const Mesh mesh = mesh_of(0.04);
     Table agreement;
     const auto found = aligned(mesh, frames, run, &agreement);

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "covering.h"
+#include "plugin_under_test.h"
 #include "raw_images.h"
 #include "shared_data.h"
 
@@ -15,7 +16,6 @@
 #include <cmath>
 
 using namespace fresco;
-using Catch::Contains;
 using namespace fresco::cover;
 using numerics::SeenCell;
 namespace fs = std::filesystem;
@@ -117,18 +117,16 @@ CoverOptions with(const Change& change)
 
 }  // namespace
 
-TEST_CASE("the frames that tile a wall are chosen, those between them are not", "[frames.cover]")
+TEST_CASE_METHOD(testing::StageTest, "the frames that tile a wall are chosen, those between them are not", "[frames.cover]")
 {
-    testing::TestRun run;
     CHECK(covering_views(wall(), tiling(), plain, run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-6"});
     CHECK(run.reported.at("cells").as_int() == 400);
     CHECK(run.reported.at("blind_frames").as_int() == 0);
     CHECK_THAT(run.messages.at(0), Contains("4 of 7 frames see 100.0 % of what all see"));
 }
 
-TEST_CASE("a target, a number and a share end the choice", "[frames.cover]")
+TEST_CASE_METHOD(testing::StageTest, "a target, a number and a share end the choice", "[frames.cover]")
 {
-    testing::TestRun run;
     CHECK(covering_views(wall(), tiling(), with([](auto& o) { o.target_coverage = 0.5; }), run).size() == 2);
     CHECK(run.reported.at("coverage").as_double() == 0.5);
     CHECK(covering_views(wall(), tiling(), with([](auto& o) { o.max_frames = 3; }), run).size() == 3);
@@ -146,9 +144,8 @@ TEST_CASE("a target, a number and a share end the choice", "[frames.cover]")
     CHECK(rows.front().at("frames").as_int() == 1);
 }
 
-TEST_CASE("of frames that see the same the sharp and the straight ones are chosen", "[frames.cover]")
+TEST_CASE_METHOD(testing::StageTest, "of frames that see the same the sharp and the straight ones are chosen", "[frames.cover]")
 {
-    const testing::TemporaryFolder folder;
     Frames frames;
     for (const char* name : {"blurred", "sharp"})
     {
@@ -158,7 +155,6 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
             picture.values[i] = std::string(name) == "sharp" ? 200 : 110;
         testing::set_color_picture(frames.frames.back(), folder.path(), picture);
     }
-    testing::TestRun run;
     CHECK(covering_views(wall(), frames, plain, run) == std::vector<std::string>{"blurred"});
     CoverOptions options = with([](auto& o) { o.worth.sharpness_weight = 1; });
     CHECK(covering_views(wall(), frames, options, run) == std::vector<std::string>{"sharp"});
@@ -177,20 +173,19 @@ TEST_CASE("of frames that see the same the sharp and the straight ones are chose
     CHECK(covering_views(wall(), both, options, run) == std::vector<std::string>{"straight"});
 }
 
-TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ignores", "[frames.cover]")
+TEST_CASE_METHOD(testing::StageTest, "frames that see little of the mesh are not chosen, nor what a mask ignores",
+                 "[frames.cover]")
 {
     // The last frame sees the wall's end, 0.1 m of it on a picture of 1 m.
     Frames frames = tiling();
     frames.frames.push_back(looking_at(4.4, "end"));
     frames.frames.erase(frames.frames.begin() + 6);
-    testing::TestRun run;
     const CoverOptions options = with([](auto& o) { o.min_seen_share = 0.2; });
     CHECK(covering_views(wall(), frames, options, run) == std::vector<std::string>{"frame-0", "frame-2", "frame-4", "frame-5"});
     CHECK(run.reported.at("cells").as_int() == 350);
     CHECK(run.reported.at("blind_frames").as_int() == 1);
     CHECK(covering_views(wall(), frames, plain, run).back() == "end");
 
-    const testing::TemporaryFolder folder;
     Raster8 mask(64, 64, 1, 255);
     std::fill_n(mask.values.begin(), 64 * 32, std::uint8_t{0});
     write_npy(folder.path() / "mask.npy", mask);
@@ -200,9 +195,8 @@ TEST_CASE("frames that see little of the mesh are not chosen, nor what a mask ig
     CHECK(run.reported.at("cells").as_int() == 175);
 }
 
-TEST_CASE("what cannot be covered is refused", "[frames.cover]")
+TEST_CASE_METHOD(testing::StageTest, "what cannot be covered is refused", "[frames.cover]")
 {
-    testing::TestRun run;
     CHECK_THROWS_WITH(covering_views(wall(), Frames(), plain, run), Contains("no frames"));
     auto bare = wall();
     bare.texcoords.clear();

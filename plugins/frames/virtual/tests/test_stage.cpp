@@ -1,4 +1,5 @@
 #include "catch.h"
+#include "plugin_under_test.h"
 #include "rooms.h"
 #include "view_plan.h"
 
@@ -46,10 +47,10 @@ double figure(const testing::TestRun& run, const char* name)
 
 }  // namespace
 
-TEST_CASE("virtual frames follow the recorded ones and see the surface behind the cupboard", "[frames.virtual]")
+TEST_CASE_METHOD(testing::StageTest, "virtual frames follow the recorded ones and see the surface behind the cupboard",
+                 "[frames.virtual]")
 {
     const Mesh mesh = room_with_cupboard();
-    testing::TestRun run;
     const auto all = planned(mesh, one_frame(), run);
     REQUIRE(all.frames.size() > 6);
     CHECK(all.frames[0].name == "frame-000000");
@@ -72,7 +73,8 @@ TEST_CASE("virtual frames follow the recorded ones and see the surface behind th
     CHECK_THAT(run.messages.at(0), Catch::Contains("1 recorded frames paint") && Catch::Contains("100.00 %"));
 }
 
-TEST_CASE("cameras turned every way before a mesh that does not show which way is up are named", "[frames.virtual]")
+TEST_CASE_METHOD(testing::StageTest, "cameras turned every way before a mesh that does not show which way is up are named",
+                 "[frames.virtual]")
 {
     Frames frames = one_frame();
     frames.frames.push_back(frames.frames.front());
@@ -80,7 +82,6 @@ TEST_CASE("cameras turned every way before a mesh that does not show which way i
     // The second is held upside down.
     for (const std::size_t i : {0, 1, 3, 4, 6, 7})
         frames.frames[1].color.world_from_camera.rotation.m[i] *= -1;
-    testing::TestRun run;
     const testing::TemporaryFolder out;
     testing::run_stage(FRESCO_PLUGIN_FILE, "frames.virtual", Value::Map{{"max_frames", 1}},
                        {{"mesh", std::make_shared<Mesh>(room_with_cupboard())}, {"frames", std::make_shared<Frames>(frames)}},
@@ -90,10 +91,9 @@ TEST_CASE("cameras turned every way before a mesh that does not show which way i
     CHECK_THAT(run.messages.front(), Catch::Contains("warning: neither the cameras nor the mesh clearly shows which way is up"));
 }
 
-TEST_CASE("a share and a number of frames are as asked for", "[frames.virtual]")
+TEST_CASE_METHOD(testing::StageTest, "a share and a number of frames are as asked for", "[frames.virtual]")
 {
     const Mesh mesh = room_with_cupboard();
-    testing::TestRun run;
     const std::size_t all = planned(mesh, one_frame(), run).frames.size();
     CHECK(figure(run, "virtual_frames") == static_cast<double>(all - 1));
     const auto half = planned(mesh, one_frame(), run, with([](auto& s) { s.target_coverage = 0.5; }));
@@ -118,10 +118,9 @@ TEST_CASE("a share and a number of frames are as asked for", "[frames.virtual]")
     CHECK(figure(again, "coverage_recorded") == 1);
 }
 
-TEST_CASE("what cannot be planned is refused by name", "[frames.virtual]")
+TEST_CASE_METHOD(testing::StageTest, "what cannot be planned is refused by name", "[frames.virtual]")
 {
     const Mesh mesh = room_with_cupboard();
-    testing::TestRun run;
     const auto refusal =
         [&](const Mesh& room, const Frames& frames, const virtual_views::VirtualFrames& settings, const char* text)
     { CHECK_THROWS_WITH(planned(room, frames, run, settings), Catch::Contains(text)); };

@@ -27,6 +27,12 @@ Vec3d middle_of(const SurfacePoint& point)
     return vec_cast<double>(point.position);
 }
 
+PlanRules rules(const Intrinsics& intrinsics, double distance_m)
+{
+    return {
+        .intrinsics = intrinsics, .upright = {{0, 0, 1}, 0}, .distance_m = distance_m, .most_unpainted = 0, .most_views = 1000};
+}
+
 struct World
 {
     Mesh mesh = room_with_cupboard();
@@ -41,12 +47,17 @@ struct World
     World() { frames.frames.push_back(frame_before_cupboard()); }
 };
 
+struct WithWorld
+{
+    World world;
+};
+
 }  // namespace
 
-TEST_CASE("a camera paints what lies in its picture and is not masked, and the gap around it", "[frames.virtual]")
+TEST_CASE_METHOD(WithWorld, "a camera paints what lies in its picture and is not masked, and the gap around it",
+                 "[frames.virtual]")
 {
     const testing::TemporaryFolder folder;
-    World world;
     Frame& frame = world.frames.frames.front();
     Raster8 mask(64, 48, 1, 255);
     std::fill_n(mask.values.begin(), 64 * 24, std::uint8_t{0});
@@ -95,9 +106,8 @@ TEST_CASE("a camera paints what lies in its picture and is not masked, and the g
     }
 }
 
-TEST_CASE("a witness is found for exactly the points that some place sees", "[frames.virtual]")
+TEST_CASE_METHOD(WithWorld, "a witness is found for exactly the points that some place sees", "[frames.virtual]")
 {
-    const World world;
     const auto all = first_numbers(world.points.size());
     const auto found = witnesses(world.scene, world.points, world.places, all, testing::TestRun(2));
     std::size_t unseen = 0;
@@ -115,9 +125,8 @@ TEST_CASE("a witness is found for exactly the points that some place sees", "[fr
     CHECK(static_cast<double>(unseen) == Approx(40.96 * (0.6 + 0.6 + 7.5)).epsilon(0.1));
 }
 
-TEST_CASE("planned cameras paint all that is wanted", "[frames.virtual]")
+TEST_CASE_METHOD(WithWorld, "planned cameras paint all that is wanted", "[frames.virtual]")
 {
-    const World world;
     const auto planned = [&](int gap, int threads)
     {
         Coverage coverage(world.scene, world.points, world.cells_px, gap);
@@ -126,12 +135,8 @@ TEST_CASE("planned cameras paint all that is wanted", "[frames.virtual]")
         auto wanted = coverage.unpainted();
         const auto witness_of = witnesses(world.scene, world.points, world.places, wanted, run);
         std::erase_if(wanted, [&](std::uint32_t point) { return witness_of[point] == nobody; });
-        const PlanRules rules{.intrinsics = world.frames.frames[0].color.intrinsics,
-                              .upright = {{0, 0, 1}, 0},
-                              .distance_m = distance_m,
-                              .most_unpainted = 0,
-                              .most_views = 1000};
-        const auto plan = plan_views(coverage, world.places, wanted, witness_of, rules, run);
+        const auto plan = plan_views(coverage, world.places, wanted, witness_of,
+                                     rules(world.frames.frames[0].color.intrinsics, distance_m), run);
         CHECK(std::ranges::all_of(wanted, [&](std::uint32_t point) { return coverage.painted(point); }));
         CHECK(plan.unpainted.empty());
         return plan.cameras;
@@ -146,9 +151,8 @@ TEST_CASE("planned cameras paint all that is wanted", "[frames.virtual]")
     CHECK(planned(1, 2).size() <= whole.size());
 }
 
-TEST_CASE("a telephoto lens is aimed at what lies between the directions", "[frames.virtual]")
+TEST_CASE_METHOD(WithWorld, "a telephoto lens is aimed at what lies between the directions", "[frames.virtual]")
 {
-    const World world;
     Coverage coverage(world.scene, world.points, world.cells_px, 0);
     testing::TestRun run(2);
     std::vector<std::uint32_t> wanted;
@@ -157,13 +161,9 @@ TEST_CASE("a telephoto lens is aimed at what lies between the directions", "[fra
         if (point % 100 == 0)
             wanted.push_back(point);
     CHECK(wanted.size() > 5);
-    const PlanRules rules{.intrinsics = {64, 48, 3000, 3000, 32, 24},
-                          .upright = {{0, 0, 1}, 0},
-                          .distance_m = 1,
-                          .most_unpainted = 0,
-                          .most_views = 1000};
     const std::span<const Vec3d> one_place(world.places.data(), 1);
-    const auto plan = plan_views(coverage, one_place, wanted, std::vector<std::uint32_t>(world.points.size()), rules, run);
+    const auto plan = plan_views(coverage, one_place, wanted, std::vector<std::uint32_t>(world.points.size()),
+                                 rules({64, 48, 3000, 3000, 32, 24}, 1), run);
     CHECK(plan.unpainted.empty());
     CHECK(plan.cameras.size() <= wanted.size());
 }

@@ -17,6 +17,8 @@ using fresco::testing::random_tensor;
 namespace
 {
 
+const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
+
 torch::Tensor picture(std::int64_t height, std::int64_t width)
 {
     return random_tensor({3, height, width}, 77) + 0.5;
@@ -66,7 +68,6 @@ double relative_difference(const torch::Tensor& a, const torch::Tensor& b)
 
 TEST_CASE("The fast way and its gradient agree with libtorch's convolutions in double")
 {
-    const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
     // Odd sizes: the last row and column are not pooled. Small ones: maps become a pixel wide.
     const auto padding = GENERATE(fresco::weights::Vgg19Padding::zero, fresco::weights::Vgg19Padding::reflect);
     for (const auto& [height, width] : {std::pair{37, 51}, {5, 40}, {40, 5}, {8, 40}, {4, 4}})
@@ -100,7 +101,6 @@ TEST_CASE("The fast way and its gradient agree with libtorch's convolutions in d
 
 TEST_CASE("Maps and gradients on another device are those here, and are not waited for")
 {
-    const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
     for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
     {
         vgg19::Vgg19 network(random_layers(), format);
@@ -145,7 +145,6 @@ TEST_CASE("Features of a crop are the whole picture's up to margin_px from its b
 
 TEST_CASE("Around some pixels the features of their cells and the gradient there are the whole picture's")
 {
-    const std::vector<std::string> names{"relu1_1", "relu2_2", "relu3_1"};
     for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
     {
         const vgg19::Vgg19 network(random_layers(), format);

@@ -1,8 +1,8 @@
+#include "plugin_under_test.h"
 #include "random_layers.h"
 #include "vgg19.h"
 
 #include <fresco/error.h>
-#include <fresco/testing.h>
 #include <fresco/torch/tensor.h>
 
 #include <ATen/ATen.h>
@@ -67,16 +67,13 @@ namespace
 
 /// The component with these weights and options, prepared on `context`.
 std::shared_ptr<fresco::FeatureNetwork> prepared(const fresco::SafeTensors& contents, const fresco::PrepareContext& context,
-                                                 const fresco::Value::Map& options = {})
+                                                 fresco::Value::Map options = {})
 {
     const fresco::testing::TemporaryFolder folder;
     const auto file = folder.path() / "weights.safetensors";
     fresco::write_safetensors(file, contents);
-    auto network = fresco::testing::make_from_plugin<fresco::FeatureNetwork>(FRESCO_PLUGIN_FILE, "features.vgg19");
-    fresco::testing::TestFactory factory;
-    fresco::Value::Map config{{"weights", file.string()}};
-    config.insert(config.end(), options.begin(), options.end());
-    network->configure(config, factory);
+    options.emplace_back("weights", file.string());
+    auto network = fresco::testing::configured<fresco::FeatureNetwork>("features.vgg19", options);
     network->prepare(context);
     return network;
 }
@@ -117,7 +114,7 @@ TEST_CASE("Weights on another scale get the raw means on style and frames")
     const auto b = plain->encode(noise_picture(8, 8), {"relu2_1"})[0];
     CHECK(at::allclose(a, b * (83 / mean_over_pictures(*plain, "relu2_1")), 1e-4, 5e-3));
 
-    contents.metadata["normalized"] = "unit mean activation";
+    contents.metadata["scale"] = "other";
     CHECK(mean_over_pictures(*prepared(contents, context), "relu2_1") == Approx(83).epsilon(1e-5));
     CHECK(at::equal(prepared(raw, context)->encode(noise_picture(8, 8), {"relu2_1"})[0], b));
 
@@ -143,9 +140,9 @@ TEST_CASE("features.vgg19 as a component: layers, weights and precisions that it
 
     CHECK_THROWS_WITH(prepared(three_layers(), pictures(), {{"precision", "tf32"}}), Catch::Contains("CUDA"));
 
-    fresco::testing::TestFactory factory;
-    network->configure(fresco::Value::Map{{"weights", "/none"}}, factory);
-    CHECK_THROWS_AS(network->prepare({}), fresco::MissingInput);
+    const auto absent =
+        fresco::testing::configured<fresco::FeatureNetwork>("features.vgg19", fresco::Value::Map{{"weights", "/none"}});
+    CHECK_THROWS_AS(absent->prepare({}), fresco::MissingInput);
 }
 
 TEST_CASE("The scale of the raw network's layers is that of its published activations")

@@ -1,11 +1,8 @@
 #include "catch.h"
 #include "circles.h"
-#include "stored_png.h"
+#include "judged_views.h"
+#include "plugin_under_test.h"
 
-#include <fresco/files.h>
-#include <fresco/files_io.h>
-#include <fresco/frames.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 
 #include <algorithm>
@@ -227,45 +224,30 @@ TEST_CASE("shapes other than convex red discs of the right size are counted and 
 namespace
 {
 /// A wall at z = 2 m with three discs, seen by cameras of a narrow, high picture from 2 m and from 1 m.
-class Recording
+struct Recording : JudgedViews
 {
-  public:
     explicit Recording(int height)
     {
         const Scene scene{{0, 0, 2}, {0, 0, -1}, {{{0, -0.5, 2}, 0.1}, {{0.02, 0, 2}, 0.12}, {{0, 0.4, 2}, 0.08}}};
         for (const double z : {0.0, 1.0})
         {
             const Frame frame = testing::frame(z == 0 ? "far" : "near", camera(100, height, 300, {0, 0, z}));
-            frames->frames.push_back(frame);
-            views->names.push_back("seq-01_" + frame.name + ".png");
-            write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(scene, frame.color)));
+            add(frame, render(scene, frame.color));
         }
-        views->loaded_from = folder.path();
     }
 
-    /// The text of the file of figures.
     std::string judge(testing::TestRun& run, int every = 1) const
     {
-        const testing::TemporaryFolder out;
-        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.circles", Value::Map{{"every", every}},
-                           {{"views", views}, {"frames", frames}, {"mesh", mesh}}, out.path(), run,
-                           {{"image_io", std::make_shared<stored_png::Codec>()}});
-        const auto files = Files::load({out.path() / "figures", out.path()});
-        REQUIRE(files->names == std::vector<std::string>{"circles.json"});
-        return read_text_file(files->loaded_from / "circles.json");
+        return JudgedViews::judge("evaluate.circles", Value::Map{{"every", every}},
+                                  {{"views", views}, {"frames", frames}, {"mesh", std::make_shared<Mesh>(testing::wall(9))}},
+                                  run);
     }
-
-    testing::TemporaryFolder folder;
-    std::shared_ptr<Mesh> mesh = std::make_shared<Mesh>(testing::wall(9));
-    std::shared_ptr<Frames> frames = std::make_shared<Frames>();
-    std::shared_ptr<Files> views = std::make_shared<Files>();
 };
 }  // namespace
 
-TEST_CASE("the stage measures the circles of renders")
+TEST_CASE_METHOD(testing::StageTest, "the stage measures the circles of renders")
 {
     const Recording recording(784);
-    testing::TestRun run;
     const std::string text = recording.judge(run);
     const Value figures = parse_json(text);
     CHECK(figures.at("circles").as_int() == 6);
@@ -286,10 +268,9 @@ TEST_CASE("the stage measures the circles of renders")
     CHECK(recording.judge(one) == text);
 }
 
-TEST_CASE("the stage refuses low pictures and stops when asked")
+TEST_CASE_METHOD(testing::StageTest, "the stage refuses low pictures and stops when asked")
 {
     const Recording low(300);
-    testing::TestRun run;
     CHECK_THROWS_WITH(low.judge(run), Catch::Contains("is 300 px high") && Catch::Contains("height_px: 784"));
     // On one thread: another one would go on to the second picture and refuse it.
     testing::TestRun stopped(1);

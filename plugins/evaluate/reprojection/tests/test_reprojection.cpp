@@ -1,11 +1,8 @@
 #include "catch.h"
+#include "judged_views.h"
 #include "pair_figures.h"
-#include "stored_png.h"
+#include "plugin_under_test.h"
 
-#include <fresco/files.h>
-#include <fresco/files_io.h>
-#include <fresco/frames.h>
-#include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
 #include <fresco/texture.h>
 
@@ -131,6 +128,8 @@ namespace
 {
 constexpr int width = 60;
 constexpr int height = 50;
+/// The first camera of the pairs below.
+const Camera a = camera(width, height, 0, 0);
 
 PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, const Raster8& picture_b,
                   const TexturedMesh& textured, const SurfacePaint& paint)
@@ -142,20 +141,6 @@ PairFigures judge(const Camera& a, const Raster8& picture_a, const Camera& b, co
 PairFigures judge(const Camera& a, const Camera& b, const TexturedMesh& textured, const SurfacePaint& paint)
 {
     return judge(a, render(textured, a), b, render(textured, b), textured, paint);
-}
-
-Raster8 blurred(const Raster8& source)
-{
-    return picture(source.width, source.height,
-                   [&](int x, int y, int c)
-                   {
-                       double sum = 0;
-                       int count = 0;
-                       for (int ny = std::max(0, y - 2); ny <= std::min(source.height - 1, y + 2); ++ny)
-                           for (int nx = std::max(0, x - 2); nx <= std::min(source.width - 1, x + 2); ++nx, ++count)
-                               sum += source.at(nx, ny, c);
-                       return sum / count;
-                   });
 }
 
 }  // namespace
@@ -188,7 +173,6 @@ TEST_CASE("detail and sharpness of a checkerboard")
 TEST_CASE("consistent pictures stay at the floor")
 {
     const TexturedMesh textured = wall(testing::noise_picture(300, 300, 2));  // a texel is a pixel
-    const Camera a = camera(width, height, 0, 0);
     const Camera b = camera(width, height, 2.5, 0.25);
     const PairFigures figures = judge(a, b, textured, texture_paint(textured));
     CHECK(figures.value > 0.02);
@@ -205,7 +189,6 @@ TEST_CASE("consistent pictures stay at the floor")
 TEST_CASE("the floor is lit as the judged pictures are")
 {
     const TexturedMesh textured = wall(testing::noise_picture(300, 300, 1));
-    const Camera a = camera(width, height, 0, 0);
     const Camera b = camera(width, height, 3.5, 1.5, 0.1);
     const auto judged = [&](const char* shading)
     { return judge(a, b, textured, texture_paint(textured, rendering::lights_of(shading))); };
@@ -218,7 +201,6 @@ TEST_CASE("blur and less contrast improve the value but not the headline")
 {
     // Each view is painted on its own: the second one's pattern lies 0.6 px away from where it should.
     const Raster8 pattern = testing::noise_picture(300, 300, 3);
-    const Camera a = camera(width, height, 0, 0);
     const Camera b = camera(width, height, 2.25, 0);
     const Camera wrong = camera(width, height, 2.85, 0.2);
     for (const bool texture_floor : {false, true})
@@ -230,7 +212,7 @@ TEST_CASE("blur and less contrast improve the value but not the headline")
                          texture_floor ? texture_paint(textured) : SurfacePaint());
         };
         const PairFigures plain = of(pattern);
-        const PairFigures blur = of(blurred(pattern));
+        const PairFigures blur = of(resized(resized(pattern, 60, 60), 300, 300));
         const PairFigures half = of(picture(300, 300, [&](int x, int y, int c) { return 64 + pattern.at(x, y, c) / 2.0; }));
         CHECK(plain.headline > 0.1);
         CHECK(blur.value < 0.5 * plain.value);
@@ -244,7 +226,6 @@ TEST_CASE("blur and less contrast improve the value but not the headline")
 TEST_CASE("pairs with too little in common are dropped and counted")
 {
     const TexturedMesh textured = wall(testing::noise_picture(300, 300, 7));
-    const Camera a = camera(width, height, 0, 0);
     const auto pair_at = [&](double moved)
     { return judge(a, camera(width, height, moved, 0), textured, texture_paint(textured)); };
     const PairFigures kept = pair_at(47);     // 13 of 60 columns
@@ -263,37 +244,25 @@ TEST_CASE("pairs with too little in common are dropped and counted")
 namespace
 {
 /// Six recorded frames, numbers 0, 8, …, 40, that move by 2.5 px each, and their renders.
-class Recording
+struct Recording : JudgedViews
 {
-  public:
     Recording()
     {
         for (int i = 0; i < 6; ++i)
         {
             const Frame frame = testing::frame("frame-" + std::to_string(8 * i), camera(48, 36, 2.5 * i, 0.3 * i), 8 * i);
-            frames->frames.push_back(frame);
-            views->names.push_back("seq-01_" + frame.name + ".png");
-            write_file(folder.path() / views->names.back(), stored_png::Codec().encode_png(render(*textured, frame.color)));
+            add(frame, render(*textured, frame.color));
         }
-        views->loaded_from = folder.path();
     }
 
     testing::Inputs rendered() const { return {{"views", views}, {"frames", frames}, {"textured_mesh", textured}}; }
 
-    Value judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run) const
+    static Value judge(const Value& options, const testing::Inputs& inputs, testing::TestRun& run)
     {
-        testing::TemporaryFolder out;
-        testing::run_stage(FRESCO_PLUGIN_FILE, "evaluate.reprojection", options, inputs, out.path(), run,
-                           {{"image_io", std::make_shared<stored_png::Codec>()}});
-        const auto files = Files::load({out.path() / "figures", out.path()});
-        REQUIRE(files->names.size() == 1);
-        return parse_json(read_text_file(files->loaded_from / files->names[0]));
+        return parse_json(JudgedViews::judge("evaluate.reprojection", options, inputs, run));
     }
 
-    testing::TemporaryFolder folder;
     std::shared_ptr<TexturedMesh> textured = std::make_shared<TexturedMesh>(wall(testing::noise_picture(300, 300, 1)));
-    std::shared_ptr<Frames> frames = std::make_shared<Frames>();
-    std::shared_ptr<Files> views = std::make_shared<Files>();
 };
 
 /// Options with gaps that the recording has.
@@ -302,12 +271,15 @@ Value with_gaps(Value::Map more = {})
     more.emplace_back("gaps", Value::List{8, 24});
     return more;
 }
+
+struct JudgeTest : testing::StageTest
+{
+    Recording recording;
+};
 }  // namespace
 
-TEST_CASE("the stage judges renders by gaps in recorded numbers")
+TEST_CASE_METHOD(JudgeTest, "the stage judges renders by gaps in recorded numbers, and every n-th picture as the whole run does")
 {
-    const Recording recording;
-    testing::TestRun run;
     const Value figures = recording.judge(with_gaps(), recording.rendered(), run);
     CHECK(figures.at("floor_of").as_string() == "texture");
     CHECK(figures.at("short").at("pairs").as_int() == 5);
@@ -320,25 +292,16 @@ TEST_CASE("the stage judges renders by gaps in recorded numbers")
     CHECK(run.reported.at("short_value").at("value") == value.at("value"));
     CHECK(run.reported.at("long_dropped_pairs").as_int() == 0);
     CHECK(std::ranges::any_of(run.messages, [](const auto& line) { return line.starts_with("short value 0."); }));
-}
-
-TEST_CASE("every n-th picture's pairs are those of the whole run")
-{
-    const Recording recording;
-    testing::TestRun run;
-    const Value all = recording.judge(with_gaps(), recording.rendered(), run);
     const Value some = recording.judge(with_gaps({{"every", 2}}), recording.rendered(), run);
     CHECK(some.at("short").at("pairs").as_int() == 3);
     CHECK(some.at("short").at("frames_without_target").as_int() == 1);
-    CHECK(some.at("short").at("pair_figures").as_list()[1] == all.at("short").at("pair_figures").as_list()[2]);
+    CHECK(some.at("short").at("pair_figures").as_list()[1] == figures.at("short").at("pair_figures").as_list()[2]);
 }
 
-TEST_CASE("a flat texture is warned about")
+TEST_CASE_METHOD(JudgeTest, "a flat texture is warned about")
 {
-    const Recording recording;
     for (const std::string& name : recording.views->names)
-        write_file(recording.folder.path() / name, stored_png::Codec().encode_png(Raster8(48, 36, 3, 77)));
-    testing::TestRun run;
+        write_file(recording.views_folder.path() / name, stored_png::Codec().encode_png(Raster8(48, 36, 3, 77)));
     const Value figures = recording.judge(with_gaps(), recording.rendered(), run);
     CHECK(figures.at("short").at("invalid").as_bool());
     CHECK(figures.at("short").at("headline").at("value").is_null());
@@ -346,10 +309,8 @@ TEST_CASE("a flat texture is warned about")
                               [](const auto& line) { return line.starts_with("warning: the short figures are invalid"); }));
 }
 
-TEST_CASE("the stage refuses what it cannot judge")
+TEST_CASE_METHOD(JudgeTest, "the stage refuses what it cannot judge")
 {
-    const Recording recording;
-    testing::TestRun run;
     CHECK_THROWS_WITH(recording.judge(Value::Map{}, recording.rendered(), run), Catch::Contains("smallest difference is 8"));
     auto inputs = recording.rendered();
     inputs.erase("textured_mesh");

@@ -37,16 +37,18 @@ inline Vec3f painting(double u, double v)
             static_cast<float>(0.6 - 0.4 * u * v)};
 }
 
-/// View i of a walk along the wall sees a window of 0.5 x 0.5 of it; the left two pixel columns look past it.
-struct Window
+/// View i of a walk along the wall sees a window of 0.5 x 0.5 of it from this uv on; the left two pixel columns look past it.
+inline Vec2d window(std::size_t view, std::size_t views)
 {
-    double u;
-    double v;
-};
-inline Window window(std::size_t view, std::size_t views)
-{
-    const double t = views > 1 ? static_cast<double>(view) / static_cast<double>(views - 1) : 0;
+    const double t = static_cast<double>(view) / static_cast<double>(views - 1);
     return {0.5 * t, 0.25 + 0.25 * std::sin(5 * t)};
+}
+
+/// Color of a point of a view's picture, in shares of its width and height.
+inline Vec3f seen_painting(std::size_t view, std::size_t views, double x, double y)
+{
+    const Vec2d at = window(view, views);
+    return painting(at.x + 0.5 * x, at.y + 0.5 * (1 - y));
 }
 
 inline UvMap wall_map(std::size_t view, std::size_t views, int width, int height)
@@ -56,8 +58,8 @@ inline UvMap wall_map(std::size_t view, std::size_t views, int width, int height
     for (int y = 0; y < height; ++y)
         for (int x = 2; x < width; ++x)
         {
-            map.uv.at(x, y, 0) = static_cast<float>(at.u + 0.5 * (x + 0.5) / width);
-            map.uv.at(x, y, 1) = static_cast<float>(at.v + 0.5 * (1 - (y + 0.5) / height));
+            map.uv.at(x, y, 0) = static_cast<float>(at.x + 0.5 * (x + 0.5) / width);
+            map.uv.at(x, y, 1) = static_cast<float>(at.y + 0.5 * (1 - (y + 0.5) / height));
             map.depth.at(x, y) = 2;
             map.cosine.at(x, y) = 0.8F;
             map.valid.at(x, y) = 1;
@@ -75,11 +77,10 @@ struct Wall
         {
             Frame frame = testing::frame("frame-" + std::to_string(i), testing::camera(40, 30, 30), static_cast<long>(i));
             frame.sequence = "walk";
-            const auto at = window(i, views);
             const auto color = [&](int x, int y, int c)
             {
-                const Vec3f rgb = painting(at.u + 0.5 * (x + 0.5) / 40, at.v + 0.5 * (1 - (y + 0.5) / 30));
-                return 255 * (c == 0 ? rgb.x : c == 1 ? rgb.y : rgb.z);
+                const Vec3f rgb = seen_painting(i, views, (x + 0.5) / 40, (y + 0.5) / 30);
+                return 255 * (&rgb.x)[c];
             };
             testing::set_color_picture(frame, folder, testing::picture(40, 30, color));
             frames.frames.push_back(frame);

@@ -86,6 +86,11 @@ struct World
 
 using Losses = std::map<std::string, std::shared_ptr<Loss>>;
 
+struct WithWorld
+{
+    World world;
+};
+
 }  // namespace
 
 TEST_CASE("a grid cell takes the pixel at its center")
@@ -147,9 +152,8 @@ TEST_CASE("selected cells and their gradient equal index_select's, for any type,
     at::set_num_threads(before);
 }
 
-TEST_CASE("what is encoded is shared by the losses of a step, and the camera's by the steps of a visit")
+TEST_CASE_METHOD(WithWorld, "what is encoded is shared by the losses of a step, and the camera's by the steps of a visit")
 {
-    const World world;
     const auto data = world.view(0);
     REQUIRE(data->levels.size() == 2);
     CHECK(data->numbers == std::vector<int>{0, 1});
@@ -289,9 +293,8 @@ TEST_CASE("crops give the loss and the gradient of the whole frame, and encode l
     CHECK(4 * pixels[1] < 3 * pixels[0]);
 }
 
-TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and levels")
+TEST_CASE_METHOD(WithWorld, "the evaluation's gradient is that of the weighted sum over losses and levels")
 {
-    World world;
     const Losses losses{{"camera", camera_loss()}};
     LevelRules unscaled;
     unscaled.scaling = GradientScaling::none;
@@ -317,9 +320,8 @@ TEST_CASE("the evaluation's gradient is that of the weighted sum over losses and
     CHECK(scaled.loss == Approx(evaluation.loss));
 }
 
-TEST_CASE("a level's picture goes on beyond the level, as far as the texture is seen")
+TEST_CASE_METHOD(WithWorld, "a level's picture goes on beyond the level, as far as the texture is seen")
 {
-    const World world;
     const auto data = world.view(0);
     auto& level = data->levels[1];
     level.pixels.all = Raster8(level.pixels.all.width, level.pixels.all.height);
@@ -336,9 +338,8 @@ TEST_CASE("a level's picture goes on beyond the level, as far as the texture is 
     CHECK(seen[0][5][0].item<float>() == 0);  // Not on the wall.
 }
 
-TEST_CASE("missing heights and frames are named")
+TEST_CASE_METHOD(WithWorld, "missing heights and frames are named")
 {
-    World world;
     CHECK_THROWS_WITH(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {24, 30}),
                       Catch::Contains("30 px") && Catch::Contains("24, 36"));
     CHECK(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {36}).height_px(0) == 36);
@@ -346,9 +347,9 @@ TEST_CASE("missing heights and frames are named")
     CHECK_THROWS_WITH(ViewSource(*world.wall.maps, world.wall.frames, nullptr, {}), Catch::Contains("walk/frame-1"));
 }
 
-TEST_CASE("pixels without a surface show the texture's corner where the released code is followed, and pull at it unscaled")
+TEST_CASE_METHOD(
+    WithWorld, "pixels without a surface show the texture's corner where the released code is followed, and pull at it unscaled")
 {
-    const World world;
     for (const bool by_angle : {false, true})
     {
         LevelRules rules;
@@ -366,9 +367,9 @@ TEST_CASE("pixels without a surface show the texture's corner where the released
     CHECK_FALSE(world.view(1)->levels.back().valid[3][0].item<bool>());
 }
 
-TEST_CASE("the released code takes the sensor's depth where every frame has it, and then leaves out what was not measured")
+TEST_CASE_METHOD(WithWorld,
+                 "the released code takes the sensor's depth where every frame has it, and then leaves out what was not measured")
 {
-    World world;
     const auto numbers = [&](Protocol protocol)
     {
         LevelRules rules;
@@ -389,9 +390,8 @@ TEST_CASE("the released code takes the sensor's depth where every frame has it, 
     CHECK(numbers(Protocol::released_matterport3d) == std::vector<int>{0, 1});
 }
 
-TEST_CASE("camera features are kept for a view's next visit while there is room, and then not encoded again")
+TEST_CASE_METHOD(WithWorld, "camera features are kept for a view's next visit while there is room, and then not encoded again")
 {
-    const World world;
     const auto& network = world.network;
     const Demands wanted{{&network, {{"half"}, {"half"}, false}}};
     torch::Tensor features;

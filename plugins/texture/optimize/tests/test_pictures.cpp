@@ -228,10 +228,8 @@ namespace
 
 UvMap one_pixel(float u, float v, float depth, float cosine)
 {
-    UvMap map{RasterF(1, 1, 2), RasterF(1, 1), RasterF(1, 1), Raster8(1, 1, 1, 1)};
+    UvMap map{RasterF(1, 1, 2), RasterF(1, 1, 1, depth), RasterF(1, 1, 1, cosine), Raster8(1, 1, 1, 1)};
     map.uv.values = {u, v};
-    map.depth.values = {depth};
-    map.cosine.values = {cosine};
     return map;
 }
 

@@ -76,6 +76,12 @@ struct Studio
         testing::run_stage(*stage, options, inputs, out, run, factory);
         return out / "texture";
     }
+
+    std::filesystem::path paint(const Value& options)
+    {
+        testing::TestRun run;
+        return paint(run, options);
+    }
 };
 
 std::vector<std::vector<std::byte>> bytes_in(const std::filesystem::path& texture)
@@ -129,24 +135,29 @@ std::shared_ptr<Texture> wall_texture()
 bool is_canceled(Studio& studio, testing::TestRun& run, const Value& options, int calls)
 {
     run.cancel_after(calls);
+    bool is_canceled = false;
     try
     {
         studio.paint(run, options);
     }
     catch (const Canceled&)
     {
-        run.cancel_after(1000);
-        return true;
+        is_canceled = true;
     }
     run.cancel_after(1000);
-    return false;
+    return is_canceled;
 }
+
+struct WithStudio
+{
+    Studio studio;
+    testing::TestRun run;
+};
 
 }  // namespace
 
-TEST_CASE("a texture pulled to the camera pictures becomes the painting, whatever it stores")
+TEST_CASE_METHOD(WithStudio, "a texture pulled to the camera pictures becomes the painting, whatever it stores")
 {
-    Studio studio;
     for (const char* values : {"display", "network"})
         for (const char* init : {"zeros", "frames"})
         {
@@ -170,9 +181,8 @@ TEST_CASE("a texture pulled to the camera pictures becomes the painting, whateve
         }
 }
 
-TEST_CASE("a start texture that is wired is what the texture begins as, recolored to the style")
+TEST_CASE_METHOD(WithStudio, "a start texture that is wired is what the texture begins as, recolored to the style")
 {
-    Studio studio;
     const auto start = std::make_shared<Texture>(testing::blank_texture(32, 0.9F));
     start->seen = Raster8(32, 32, 1, 1);
     Vec3d mean;
@@ -180,14 +190,12 @@ TEST_CASE("a start texture that is wired is what the texture begins as, recolore
     for (std::size_t i = 0; i < style.values.size(); i += 3)
         mean +=
             Vec3d{double(style.values[i]), double(style.values[i + 1]), double(style.values[i + 2])} * (1 / 255.0 / (96 * 72));
-    testing::TestRun run;
     const auto folder = studio.paint(run, Studio::options(on_camera, {{"epochs", 1}, {"rate", 0}}), start);
     CHECK(length(shown(*Texture::load({folder, {}}), 0.7, 0.3) - mean) < 0.01);
 }
 
-TEST_CASE("frames without a picture show the start texture, whatever the texture begins as")
+TEST_CASE_METHOD(WithStudio, "frames without a picture show the start texture, whatever the texture begins as")
 {
-    Studio studio;
     const auto options = [](const char* init) {
         return Studio::options(on_camera, {{"epochs", 16}, {"init", init}, {"gradient_scaling", "none"}});
     };
@@ -201,8 +209,7 @@ TEST_CASE("frames without a picture show the start texture, whatever the texture
         // Only the last view, which has no picture, sees this place.
         CHECK(length(shown(*texture, 0.95, 0.3) - painted(0.95, 0.3)) < 0.04);
     }
-    testing::TestRun run;
-    CHECK_THROWS_WITH(studio.paint(run, options("frames")),
+    CHECK_THROWS_WITH(studio.paint(options("frames")),
                       Catch::Contains("frame walk/frame-0 has no color picture") && Catch::Contains("wire 'start'"));
 }
 
@@ -218,46 +225,36 @@ TEST_CASE("the texture's bytes do not depend on threads, levels together, and do
         results.push_back(bytes_in(studio.paint(run, options)));
     }
     CHECK((results[0] == results[1]));
-    testing::TestRun run;
     auto other = options;
     other.set("seed", 5);
-    CHECK((bytes_in(studio.paint(run, other)) != results[0]));
+    CHECK((bytes_in(studio.paint(other)) != results[0]));
 }
 
-TEST_CASE("errors name what is wrong")
+TEST_CASE_METHOD(WithStudio, "errors name what is wrong")
 {
-    Studio studio;
-    testing::TestRun run;
-    CHECK_THROWS_WITH(studio.paint(run, Studio::options(Value::Map{}, {})), Catch::Contains("losses"));
-    CHECK_THROWS_WITH(studio.paint(run, Studio::options(on_camera, {{"size_px", 100}})), Catch::Contains("multiple of 8"));
+    CHECK_THROWS_WITH(studio.paint(Studio::options(Value::Map{}, {})), Catch::Contains("losses"));
+    CHECK_THROWS_WITH(studio.paint(Studio::options(on_camera, {{"size_px", 100}})), Catch::Contains("multiple of 8"));
+    CHECK_THROWS_WITH(studio.paint(Studio::options(on_camera, {{"stop_gain", 0.1}})), Catch::Contains("held_out_count"));
     if (!at::hasCUDA())
-        CHECK_THROWS_WITH(studio.paint(run, Studio::options(on_camera, {{"device", "cuda"}})), Catch::Contains("cuda"));
+        CHECK_THROWS_WITH(studio.paint(Studio::options(on_camera, {{"device", "cuda"}})), Catch::Contains("cuda"));
     Studio blind;
     UvMaps nothing = *blind.wall.maps;
     for (auto& view : nothing.views)
         view.valid_pixels = {0};
     blind.wall.maps = std::make_shared<UvMaps>(nothing);
-    CHECK_THROWS_WITH(blind.paint(run, Studio::options(on_camera, {})), Catch::Contains("valid pixel"));
+    CHECK_THROWS_WITH(blind.paint(Studio::options(on_camera, {})), Catch::Contains("valid pixel"));
 }
 
-TEST_CASE("the released protocol clamps layers in place of their sum")
+TEST_CASE_METHOD(WithStudio, "the released protocol clamps layers in place of their sum")
 {
-    Studio studio;
-    testing::TestRun run;
-    const auto folder = studio.paint(
-        run, Studio::options(
-                 on_camera,
-                 {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released_scannet"}}));
-    float least = 0;
-    float most = 0;
+    const auto folder = studio.paint(Studio::options(
+        on_camera, {{"epochs", 2}, {"values", "network"}, {"init", "zeros"}, {"rate", 120.0}, {"protocol", "released_scannet"}}));
+    std::vector<float> values;
     const auto texture = Texture::load({folder, {}});
     for (const auto& layer : texture->layers)
-    {
-        least = std::min(least, std::ranges::min(layer.values));
-        most = std::max(most, std::ranges::max(layer.values));
-    }
-    CHECK(least == Approx(-123.68));
-    CHECK(most == Approx(151.061));
+        values.insert(values.end(), layer.values.begin(), layer.values.end());
+    CHECK(std::ranges::min(values) == Approx(-123.68));
+    CHECK(std::ranges::max(values) == Approx(151.061));
 }
 
 TEST_CASE("losses are measured on held-out views, and a run that gains nothing more ends early with the same bytes, also resumed")
@@ -292,30 +289,23 @@ TEST_CASE("losses are measured on held-out views, and a run that gains nothing m
     CHECK(is_canceled(studio, resumed, options(0.01), static_cast<int>(4 + steps / 2)));  // 4 batches of views first
     CHECK((bytes_in(studio.paint(resumed, options(0.01))) == texture));
     CHECK(resumed.reported.at("held_out").as_list().size() == early.reported.at("held_out").as_list().size());
-
-    testing::TestRun wrong;
-    CHECK_THROWS_WITH(studio.paint(wrong, Studio::options(on_camera, {{"stop_gain", 0.1}})), Catch::Contains("held_out_count"));
 }
 
-TEST_CASE("the camera picture is encoded once per visit")
+TEST_CASE_METHOD(WithStudio, "the camera picture is encoded once per visit")
 {
-    Studio studio;
-    testing::TestRun run;
     const int before = HalfNetwork::all_encoded;
-    studio.paint(run, Studio::options(mean_losses, {{"max_steps", 12}, {"repeats_count", 4}}));
+    studio.paint(Studio::options(mean_losses, {{"max_steps", 12}, {"repeats_count", 4}}));
     // The style picture, 12 rendered views, and the camera pictures of three visits.
     CHECK(HalfNetwork::all_encoded - before == 1 + 12 + 3);
 }
 
-TEST_CASE("a run that is canceled, or killed, goes on to the same bytes")
+TEST_CASE_METHOD(WithStudio, "a run that is canceled, or killed, goes on to the same bytes")
 {
-    Studio studio;
     for (const char* mode : {"visible", "dense"})
     {
         auto options = Studio::options(mean_losses, {{"epochs", 2}, {"lambda_r", 0.01}, {"checkpoint_steps", 0}});
         options.set("optimizer", Value::Map{{"type", "optimizer.adam"}, {"mode", mode}});
-        testing::TestRun whole;
-        const auto expected = bytes_in(studio.paint(whole, options));
+        const auto expected = bytes_in(studio.paint(options));
 
         testing::TestRun interrupted;
         CHECK(is_canceled(studio, interrupted, options, 3 + 14));  // 3 batches of views, then in the middle of a visit
@@ -358,18 +348,14 @@ int check_resumed_anywhere(Studio& studio, const Value& options, int most, const
 
 }  // namespace
 
-TEST_CASE("a loss that asks within a step loses nothing when the run is canceled")
+TEST_CASE_METHOD(WithStudio, "a loss that asks within a step loses nothing when the run is canceled")
 {
-    Studio studio;
     const auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "asking"}}}}, {{"max_steps", 9}});
-    testing::TestRun whole;
-    const auto expected = bytes_in(studio.paint(whole, options));
-    CHECK(check_resumed_anywhere(studio, options, 24, expected, 9) >= 8);
+    CHECK(check_resumed_anywhere(studio, options, 24, bytes_in(studio.paint(options)), 9) >= 8);
 }
 
-TEST_CASE("what a run that ends without warning would lose is kept from time to time")
+TEST_CASE_METHOD(WithStudio, "what a run that ends without warning would lose is kept from time to time")
 {
-    const Studio studio;
     const auto paint = [&](testing::TestRun& run, double checkpoint_seconds)
     {
         const std::map<std::string, std::shared_ptr<Loss>> losses{{"it", std::make_shared<AskingLoss>(9)}};
@@ -394,22 +380,17 @@ TEST_CASE("what a run that ends without warning would lose is kept from time to 
     CHECK(kept->step < 9);
 }
 
-TEST_CASE("a checkpoint that cannot take its place ends the run")
+TEST_CASE_METHOD(WithStudio, "a checkpoint that cannot take its place ends the run")
 {
-    Studio studio;
-    testing::TestRun run;
     std::filesystem::create_directories(run.checkpoint_folder() / "earlier.safetensors" / "in_the_way");
     const auto options = Studio::options(mean_losses, {{"max_steps", 9}, {"checkpoint_steps", 2}});
     CHECK_THROWS_WITH(studio.paint(run, options), Catch::Contains("cannot be renamed to earlier.safetensors"));
 }
 
-TEST_CASE("a flipped bit in a checkpoint is named and changes nothing")
+TEST_CASE_METHOD(WithStudio, "a flipped bit in a checkpoint is named and changes nothing")
 {
-    Studio studio;
     const auto options = Studio::options(mean_losses, {{"epochs", 1}, {"checkpoint_steps", 0}});
-    testing::TestRun whole;
-    const auto expected = bytes_in(studio.paint(whole, options));
-    testing::TestRun run;
+    const auto expected = bytes_in(studio.paint(options));
     CHECK(is_canceled(studio, run, options, 3 + 8));
     const auto file = run.checkpoint_folder() / "interrupted.safetensors";
     auto bytes = read_file(file);
@@ -419,9 +400,10 @@ TEST_CASE("a flipped bit in a checkpoint is named and changes nothing")
     CHECK(std::ranges::any_of(run.messages, [](auto& m) { return m.starts_with("warning: the checkpoint cannot be used"); }));
 }
 
-TEST_CASE("where a loss is not finite the run goes back and halves the rate, and ends with the same bytes when interrupted then")
+TEST_CASE_METHOD(
+    WithStudio,
+    "where a loss is not finite the run goes back and halves the rate, and ends with the same bytes when interrupted then")
 {
-    Studio studio;
     // Each of four layers moves by the rate, from 0.45 on: past 0.9 after three steps of 0.04, not after two of them and one of
     // 0.02.
     const auto options = [&](double rate)
@@ -439,20 +421,16 @@ TEST_CASE("where a loss is not finite the run goes back and halves the rate, and
     CHECK(never.reported.find("rollbacks") == nullptr);
     CHECK((slow != expected));
     CHECK(check_resumed_anywhere(studio, options(0.04), 12, expected) >= 4);
-
-    testing::TestRun hopeless;
-    CHECK_THROWS_WITH(studio.paint(hopeless, options(10)),
+    CHECK_THROWS_WITH(studio.paint(options(10)),
                       Catch::Contains("step 2") && Catch::Contains("glass") && Catch::Contains("3 times"));
 }
 
-TEST_CASE("a state that is bad when its checkpoint is due is thrown away, and the good one before it kept")
+TEST_CASE_METHOD(WithStudio, "a state that is bad when its checkpoint is due is thrown away, and the good one before it kept")
 {
-    Studio studio;
     // 0.45 at first, four layers: past 0.9 after four steps of 0.03, which is when a checkpoint is due. From the one after step 2
     // on at half the rate it is not; two checkpoints later it is again, so that the run goes back twice.
     const auto options = Studio::options(
         fragile, {{"rate", 0.03}, {"max_steps", 7}, {"decay_start", 1.0}, {"init", "color"}, {"checkpoint_steps", 2}});
-    testing::TestRun run;
     const auto expected = bytes_in(studio.paint(run, options));
     CHECK(run.reported.at("rollbacks").as_int() >= 2);
     check_resumed_anywhere(studio, options, 20, expected);

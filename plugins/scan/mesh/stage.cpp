@@ -4,6 +4,7 @@
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
 #include <fresco/recordings/parsing.h>
+#include <fresco/recordings/layout.h>
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/stage.h>
 
@@ -13,13 +14,6 @@
 
 namespace
 {
-
-// A room's longest side; larger meshes are likely in another unit.
-constexpr double smallest_room_m = 0.3;
-constexpr double largest_room_m = 300;
-// Sizes by which a unit is guessed.
-constexpr double smallest_guess_m = 1;
-constexpr double largest_guess_m = 50;
 
 class ScanMesh final : public fresco::Stage
 {
@@ -102,7 +96,8 @@ class ScanMesh final : public fresco::Stage
     void tell(const scan_mesh::FileModel& read, const fresco::Model& made, fresco::RunContext& run) const
     {
         const auto extent = scan_mesh::extent_of(made.mesh);
-        warn_of_unit(std::max({extent.x, extent.y, extent.z}), run);
+        if (const auto doubts = fresco::recordings::doubts_about_size(extent, *unit_m); !doubts.empty())
+            run.warning(doubts);
         run.report("faces", made.mesh.triangles.size());
         run.report("extent_m", fresco::Value::List{extent.x, extent.y, extent.z});
         run.report("polygons_split", read.report.polygons_split);
@@ -116,21 +111,6 @@ class ScanMesh final : public fresco::Stage
     }
 
     static std::string meters(double length) { return fresco::to_json(std::round(length * 100) / 100); }
-
-    /// Names the units in which the mesh would have the size of a room or building.
-    void warn_of_unit(double longest, fresco::RunContext& run) const
-    {
-        if (longest >= smallest_room_m && longest <= largest_room_m)
-            return;
-        std::string units;
-        for (const auto& [name, meter] :
-             {std::pair{"meters", 1.0}, {"feet", 0.3048}, {"inches", 0.0254}, {"centimeters", 0.01}, {"millimeters", 0.001}})
-            if (const double size = longest / *unit_m * meter; size >= smallest_guess_m && size <= largest_guess_m)
-                units += fmt::format("{}{:g} if it is in {} ({:.3g} m long)", units.empty() ? "" : ", ", meter, name, size);
-        const std::string shown = longest < 1 ? fresco::to_json(std::round(longest * 1e4) / 1e4) : meters(longest);
-        run.warning("the mesh is " + shown + " m long; set unit_m, the meters per unit of the file" +
-                    (units.empty() ? "" : ": " + units));
-    }
 };
 
 }  // namespace

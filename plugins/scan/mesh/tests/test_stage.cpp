@@ -5,6 +5,7 @@
 #include <fresco/files_io.h>
 #include <fresco/frames.h>
 #include <fresco/mesh.h>
+#include <fresco/recordings/layout.h>
 #include <fresco/stage.h>
 #include <fresco/testing.h>
 
@@ -55,10 +56,16 @@ TEST_CASE("a mesh is brought into the world: unit, axes, transform", "[scan.mesh
     CHECK(run.messages == std::vector<std::string>{"1 faces, 3.0 x 1.0 x 2.0 m"});
     CHECK(read(file, run, Value::Map{}).positions[1] == fresco::Vec3f{1000, 2000, 3000});
     CHECK_THAT(run.messages.at(1),
-               Contains("warning: the mesh is 3000.0 m long; set unit_m, the meters per unit of the file: ") &&
+               Contains("warning: the mesh is 1000 x 2000 x 3000 m; set unit_m, the meters per unit of the file: ") &&
                    Contains("0.01 if it is in centimeters (30 m long), 0.001 if it is in millimeters (3 m long)"));
     read(file, run, Value::Map{{"unit_m", 1e-5}});
-    CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is 0.03 m long; set unit_m"));
+    CHECK_THAT(run.messages.at(3), Contains("warning: the mesh is 0.01 x 0.02 x 0.03 m; set unit_m"));
+    // A small room in centimeters, and what is as long but flat, or low.
+    using fresco::recordings::doubts_about_size;
+    CHECK_THAT(doubts_about_size({180, 240, 200}), Contains("0.01 if it is in centimeters (2.4 m long)"));
+    CHECK_THAT(doubts_about_size({180, 0, 200}), Contains("the mesh is 180 x 0 x 200 m; set unit_m"));
+    CHECK(doubts_about_size({90, 280, 25}).empty());
+    CHECK(doubts_about_size({0.2, 0.1, 0.35}).empty());
 }
 
 TEST_CASE("a file is read in double: far from 0, its mesh is stored less an offset, the frames' where they are wired",

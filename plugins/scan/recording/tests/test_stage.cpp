@@ -78,6 +78,11 @@ TEST_CASE("a recording is read by its layout, and with what the stage is told of
     scan.frames({{"mesh", (scan.folder.path() / "other.ply").string()}});
     CHECK(Mesh::load({scan.out() / "mesh", scan.out()})->triangles.size() == 2);
     CHECK_THAT(error_of([&] { scan.frames({{"every", 0}}); }), Contains("option \"every\": 0 is too small"));
+    TestRun large;
+    write_mesh(scan.folder.path() / "mesh.ply", 2, 250);
+    scan.read({}, large);
+    CHECK_THAT(large.messages.front(),
+               Contains("warning: the mesh is 250 x 250 x 0 m; set unit_m") && Contains("0.01 if it is in cent"));
     fs::remove(scan.folder.path() / "mesh.ply");
     fs::remove_all(scan.out());
     TestRun run;

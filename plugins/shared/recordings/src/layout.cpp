@@ -1,6 +1,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/mesh.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/recordings/layout.h>
 #include <fresco/recordings/listed_files.h>
 
@@ -153,6 +154,24 @@ fs::path first_file(const std::vector<fs::path>& candidates, std::string_view wh
     throw MissingInput(std::string(what) + " is missing; expected " + joined(candidates));
 }
 
+std::string doubts_about_size(Vec3d extent, double unit_m)
+{
+    // No thing to paint is smaller than the first in all directions; no building is larger than the others in one, two and three.
+    constexpr double least = 0.3, longest = 300, widest = 100, highest = 30;
+    constexpr double least_guessed = 1, most_guessed = 50;
+    std::array sides{extent.x, extent.y, extent.z};
+    std::ranges::sort(sides);
+    if (sides[2] >= least && sides[2] <= longest && sides[1] <= widest && sides[0] <= highest)
+        return "";
+    std::string units;
+    for (const auto& [name, meter] :
+         {std::pair{"meters", 1.0}, {"feet", 0.3048}, {"inches", 0.0254}, {"centimeters", 0.01}, {"millimeters", 0.001}})
+        if (const double size = sides[2] / unit_m * meter; size >= least_guessed && size <= most_guessed)
+            units += fmt::format("{}{:g} if it is in {} ({:.3g} m long)", units.empty() ? ": " : ", ", meter, name, size);
+    return fmt::format("the mesh is {:.4g} x {:.4g} x {:.4g} m; set unit_m, the meters per unit of the file{}", extent.x,
+                       extent.y, extent.z, units);
+}
+
 std::string recorded_text(const fs::path& file, RunContext& run)
 {
     run.reads_file(file);
@@ -223,6 +242,10 @@ std::optional<Mesh> read_recorded_mesh(const InputFile& given, const std::vector
     Mesh surface = read_mesh(*file, {}, &report);
     place(surface, report.positions, offset_beside(offset_m, report.positions, file->string()));
     check_mesh(surface, file->string());
+    numerics::Bounds<float> box;
+    std::ranges::for_each(surface.positions, [&](Vec3f p) { box.add(p); });
+    if (const auto doubts = doubts_about_size(vec_cast<double>(box.high - box.low)); !doubts.empty())
+        run.warning(doubts + ": read it by scan.mesh with that option, and scale the poses by that of scan.recording");
     run.report("mesh", file->filename().string());
     return surface;
 }

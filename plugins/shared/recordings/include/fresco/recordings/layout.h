@@ -46,6 +46,11 @@ void forget_missing_depth(std::vector<RecordedView>& views);
 /// The first of `candidates` that is there. Throws MissingInput that names them and says that `what` is missing.
 std::filesystem::path first_file(const std::vector<std::filesystem::path>& candidates, std::string_view what, RunContext& run);
 
+/// Doubts about the size of a mesh that should be a room's or a thing's, with the values of unit_m that would settle them; empty
+/// without. `extent`: of its box, in meters, along any axes; the shortest side is a room's height. `unit_m`: meters per unit, as
+/// the mesh was read.
+std::string doubts_about_size(Vec3d extent, double unit_m = 1);
+
 /// The text of a file, which the result then depends on. Throws as read_text_file does.
 std::string recorded_text(const std::filesystem::path& file, RunContext& run);
 

@@ -1,17 +1,13 @@
 #include "catch.h"
+#include "comma_locale.h"
 #include "hand_made_catalog.h"
-#include "shared_data.h"
 
 #include "pipeline/yaml_document.h"
 
-#include <clocale>
 #include <fmt/format.h>
-#include <locale>
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::Contains;
-using Catch::StartsWith;
 
 namespace
 {
@@ -106,7 +102,8 @@ TEST_CASE("A value or an input that does not fit is named with what is accepted"
              {"a: {type: mesh.pass, input: {file: x.ply, depth: 1}}", "has no option 'depth'"},
              {"a: {type: mesh.decimate, input: {file: ''}}",
               "needs the input 'mesh' (mesh); no other stage of this pipeline makes mesh before it"},
-             {"a: {type: mesh.decimate}\n  b: {type: mesh.pass, input: a}\n  c: {type: mesh.pass, input: b}\n  d: {type: mesh.two}",
+             {"a: {type: mesh.decimate}\n  b: {type: mesh.pass, input: a}\n  c: {type: mesh.pass, input: b}\n  d: {type: "
+              "mesh.two}",
               "needs the input 'mesh' (mesh); it is made by d.left and d.right"}})
         CHECK_THAT(problem_of(stages), Contains(problem));
 }
@@ -254,22 +251,9 @@ TEST_CASE("Vars that grow without bound are refused", "[pipeline]")
 
 TEST_CASE("Numbers are read alike where a comma is the decimal point", "[pipeline]")
 {
-    const std::string before = std::setlocale(LC_ALL, nullptr);
-    if (!std::setlocale(LC_ALL, "de_DE.UTF-8") && !std::setlocale(LC_ALL, "fr_FR.UTF-8"))
-        skipped("numbers of pipelines where a comma is the decimal point: there is no locale de_DE.UTF-8");
-    struct Comma : std::numpunct<char>
-    {
-        char do_decimal_point() const override { return ','; }
-        char do_thousands_sep() const override { return '.'; }
-        std::string do_grouping() const override { return "\3"; }
-    };
-    const std::locale global_before = std::locale::global(std::locale(std::locale::classic(), new Comma));
-    const PipelineResult result = check({}, "version: 1\nstages: {a: {type: mesh.pass, size: 1.5}}\n");
-    const std::string problem = problem_of("a: {type: mesh.pass, size: 1,5}");
-    std::locale::global(global_before);
-    std::setlocale(LC_ALL, before.c_str());
-    CHECK(options_of(result, "a") == R"({"title":"","size":1.5})");
-    CHECK_FALSE(problem.empty());
+    const CommaLocale comma("numbers of pipelines");
+    CHECK(options_of(check({}, "version: 1\nstages: {a: {type: mesh.pass, size: 1.5}}\n"), "a") == R"({"title":"","size":1.5})");
+    CHECK_FALSE(problem_of("a: {type: mesh.pass, size: 1,5}").empty());
 }
 
 TEST_CASE("Only the words of a program have several lines; control characters are nowhere", "[pipeline]")

@@ -4,8 +4,6 @@
 #include <fmt/ranges.h>
 
 using namespace fresco::host;
-using Catch::Contains;
-using Catch::StartsWith;
 
 namespace
 {

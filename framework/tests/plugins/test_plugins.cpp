@@ -8,7 +8,6 @@
 
 // Other proofs are about plugins, too: prove_hostile_plugins has stages that do harm, prove_never_stale changes libraries.
 
-using Catch::Contains;
 using namespace fresco::host;
 
 namespace

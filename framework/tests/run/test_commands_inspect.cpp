@@ -9,7 +9,6 @@
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::Contains;
 
 namespace
 {

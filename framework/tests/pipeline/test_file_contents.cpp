@@ -8,7 +8,6 @@
 
 using namespace fresco::host;
 using namespace fresco::host::testing;
-using Catch::EndsWith;
 using namespace std::literals;
 
 namespace
@@ -23,20 +22,15 @@ const std::string weights = std::string("\2\0\0\0\0\0\0\0{}", 10);
 std::vector<fresco::FileFormat> known_formats()
 {
     std::vector<fresco::FileFormat> all = fresco::picture_formats();
-    for (const fresco::FileFormat& format : std::vector<fresco::FileFormat>{
-             fresco::npy_format(),
-             fresco::ply_format(),
-             fresco::obj_format(),
-             fresco::json_format(),
-             {.name = "a model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4},
-             {.name = "a state dict",
-             .extensions = {".pth"},
-             .begins = {"{"},
-             .begins_at = 8,
-             .length_bytes = 8,
-             .length_from = 8},
-             {.name = "a state dict", .extensions = {".pth"}, .begins = {"PK\3\4", "\x80"}}})
-        all.push_back(format);
+    all.insert(
+        all.end(),
+        {fresco::npy_format(),
+         fresco::ply_format(),
+         fresco::obj_format(),
+         fresco::json_format(),
+         {.name = "a model", .extensions = {".glb"}, .begins = {"glTF"}, .length_at = 8, .length_bytes = 4},
+         {.name = "a state dict", .extensions = {".pth"}, .begins = {"{"}, .begins_at = 8, .length_bytes = 8, .length_from = 8},
+         {.name = "a state dict", .extensions = {".pth"}, .begins = {"PK\3\4", "\x80"}}});
     return all;
 }
 

@@ -39,14 +39,10 @@ TEST_CASE("the tasks of a matrix are one for each combination of the axes that i
     const Value::List tasks = place.tasks();
     CHECK(names_of(tasks) == Words{"scan@scan=1", "scan@scan=2", "scan,picture@scan=1,plain", "scan,picture@scan=1,wild",
                                    "scan,picture@scan=2,plain", "scan,picture@scan=2,wild"});
-    CHECK(to_json(tasks[1].at("stages")) == R"(["scan_of@scan=2","mesh@scan=2"])");
-    CHECK(to_json(tasks[1].at("needs")) == "[]");
+    // Both stages declare 30 MB.
+    CHECK(to_json(tasks[1]) == R"({"name":"scan@scan=2","stages":["scan_of@scan=2","mesh@scan=2"],"needs":[],"gpu":false,)"
+                               R"("done":false,"threads":3,"minutes":null,"mem_mb":30.0})");
     CHECK(to_json(tasks[4].at("needs")) == R"(["scan@scan=2"])");
-    CHECK(tasks[4].at("threads").as_int() == 3);
-    CHECK(tasks[4].at("minutes").is_null());
-    CHECK(tasks[4].at("mem_mb").as_double() == 30);  // Declared by both stages.
-    CHECK_FALSE(tasks[4].at("gpu").as_bool());
-    CHECK_FALSE(tasks[4].at("done").as_bool());
     CHECK(names_of(place.tasks({"--until", "mesh"})) == Words{"scan@scan=1", "scan@scan=2"});
     CHECK(names_of(place.tasks({"--set", "scan=2"})) ==
           Words{"scan@scan=2", "scan,picture@scan=2,plain", "scan,picture@scan=2,wild"});

@@ -1,7 +1,8 @@
 /* Loaded before the C library (LD_PRELOAD), in place of a file system that lacks something. LACKING_FLOCK: there
  * are no locks. LACKING_TMPFILE: there are no files without names.
  * LACKING_NAMES: as in a network file system, a process sees the records of keys that it has listed. LACKING_INODES: there is no
- * room for another file. LACKING_CHARACTERS: names have no ':'. LACKING_PERMISSIONS: a mount with permissions of its own. */
+ * room for another file. LACKING_CHARACTERS: names have no ':'. LACKING_PERMISSIONS: a mount with permissions of its own.
+ * LACKING_SPEED: a file gets its name in two milliseconds. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -35,6 +36,8 @@ int renameat(int folder, const char* path, int new_folder, const char* new_path)
 {
     if (getenv("LACKING_CHARACTERS") != NULL && strchr(new_path, ':') != NULL)
         return fails(EINVAL);
+    if (getenv("LACKING_SPEED") != NULL)
+        usleep(2000);
     return (int)syscall(SYS_renameat2, folder, path, new_folder, new_path, 0);
 }
 

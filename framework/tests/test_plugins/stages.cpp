@@ -68,6 +68,14 @@ class LoggedStage : public fresco::Stage
         if (!log_->empty())
             std::ofstream(*log_, std::ios::app) << text << '\n';
     }
+    std::size_t logged(const std::string& beginning) const
+    {
+        std::ifstream file(*log_);
+        std::size_t count = 0;
+        for (std::string line; std::getline(file, line);)
+            count += line.starts_with(beginning) ? 1 : 0;
+        return count;
+    }
 
   private:
     Option<std::string> log_{this, "log", "", "File that gets a line per run", fresco::not_in_key};
@@ -118,26 +126,41 @@ class Add final : public LoggedStage
     Output<Table> sum{this, "sum", "Both together"};
     Option<double> plus{this, "plus", 0, "Added too"};
     Option<int> wait_ms{this, "wait_ms", 0, fresco::range(0, 60'000), "Pause", fresco::not_in_key};
+    Option<int> together{
+        this, "together", 1, fresco::range(1, 10), "Pause until a multiple of so many has begun", fresco::not_in_key};
 
     void run(RunContext&) override
     {
         log("add begins " + std::to_string(*plus));
         std::this_thread::sleep_for(std::chrono::milliseconds(*wait_ms));
+        const auto size = static_cast<std::size_t>(*together);
+        const std::size_t groups = (logged("add begins") + size - 1) / size;
+        for (int i = 0; i < 6000 && logged("add begins") < groups * size; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
         log("add ends " + std::to_string(*plus));
         sum = number(value_of(*left) + (right.has_value() ? value_of(*right) : 0) + *plus);
     }
 };
 FRESCO_STAGE("test.add", Add, "The sum of two numbers")
 
+/// Reports figures that are no numbers, as a mean over nothing is.
 class Maybe final : public LoggedStage
 {
     Output<Table> table{this, "table", fresco::optional, "The number, if any"};
     Output<Table> always{this, "always", "Another number"};
     Option<bool> made{this, "made", true, "Whether there is one"};
 
-    void run(RunContext&) override
+    void run(RunContext& run) override
     {
         log("maybe");
+        constexpr double none = std::numeric_limits<double>::quiet_NaN();
+        constexpr double endless = std::numeric_limits<double>::infinity();
+        run.metric("loss", none);
+        run.progress(none, endless, "steps");
+        std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        run.progress(1, 2, "steps");
+        run.report("mean", none);
+        run.report("ranges", fresco::Value::Map{{"list", fresco::Value::List{1.5, -endless}}, {"count", 3}});
         if (*made)
             table = number(7);
         always = number(1);
@@ -245,8 +268,9 @@ class Sink final : public LoggedStage
     Option<fresco::OutputName> path{this, "path", fresco::OutputName{"number.txt"}, "File below --out"};
     Option<int> copies{this, "copies", 0, fresco::range(0, 100'000), "More files, numbered"};
     Option<std::string> before{this, "before", "", "Text before the number"};
+    Option<bool> origin{this, "origin", false, "Write where the number comes from instead, as JSON"};
 
-    void run(RunContext&) override
+    void run(RunContext& run) override
     {
         log("sink " + path->path);
         std::vector<std::string> names{path->path};
@@ -256,28 +280,12 @@ class Sink final : public LoggedStage
         {
             const auto file = files.folder().path / name;
             std::filesystem::create_directories(file.parent_path());
-            fresco::write_file(file, *before + std::to_string(value_of(*table)) + "\n");
+            fresco::write_file(file, *origin ? to_json(run.origin()) : *before + std::to_string(value_of(*table)) + "\n");
         }
         files = listing(std::move(names));
     }
 };
 FRESCO_STAGE("test.sink", Sink, "A number as a text file")
-
-/// Writes what its files tell of their origin.
-class Told final : public LoggedStage
-{
-    Input<Table> table{this, "table", "Where it comes from"};
-    Output<Files> files{this, "files", "A JSON file"};
-    Option<fresco::OutputName> path{this, "path", fresco::OutputName{"origin.json"}, "File below --out"};
-
-    void run(RunContext& run) override
-    {
-        log("told");
-        fresco::write_file(files.folder().path / path->path, fresco::to_json(run.origin()));
-        files = listing({path->path});
-    }
-};
-FRESCO_STAGE("test.told", Told, "Writes the origin of a number")
 
 /// Files that outlive a killed run one by one.
 class Pieces final : public LoggedStage
@@ -331,27 +339,6 @@ class PassMesh final : public LoggedStage
     }
 };
 FRESCO_STAGE("test.pass_mesh", PassMesh, "A mesh without a copy")
-
-/// Figures that are no numbers, as a mean over nothing is.
-class Unmeasured final : public LoggedStage
-{
-    Output<Table> table{this, "table", "A number"};
-
-    void run(RunContext& run) override
-    {
-        log("unmeasured");
-        constexpr double none = std::numeric_limits<double>::quiet_NaN();
-        constexpr double endless = std::numeric_limits<double>::infinity();
-        run.metric("loss", none);
-        run.progress(none, endless, "steps");
-        std::this_thread::sleep_for(std::chrono::milliseconds(150));
-        run.progress(1, 2, "steps");
-        run.report("mean", none);
-        run.report("ranges", fresco::Value::Map{{"list", fresco::Value::List{1.5, -endless}}, {"count", 3}});
-        table = number(1);
-    }
-};
-FRESCO_STAGE("test.unmeasured", Unmeasured, "Reports NaN as a figure")
 
 /// Named parts of anything.
 struct TestParts : fresco::Artifact

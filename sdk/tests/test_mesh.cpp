@@ -13,7 +13,6 @@
 #include <limits>
 
 using namespace fresco;
-using Catch::Contains;
 using testing::box;
 
 TEST_CASE("Mesh: vertex normals are weighted by area", "[mesh]")

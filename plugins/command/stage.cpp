@@ -4,18 +4,13 @@
 #include <fresco/error.h>
 #include <fresco/image_io.h>
 #include <fresco/process.h>
+#include <fresco/programs/run_program.h>
 #include <fresco/stage.h>
 
-#include <chrono>
-#include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <deque>
 #include <fmt/format.h>
 #include <map>
-#include <poll.h>
-#include <sys/prctl.h>
-#include <unistd.h>
 
 using namespace fresco;
 using namespace fresco::command;
@@ -24,91 +19,6 @@ namespace
 {
 
 namespace fs = std::filesystem;
-
-/// If the host dies while a program runs, ends everything that the program started, then this process. The kernel would end only
-/// this process's own children.
-class HostWatch
-{
-  public:
-    HostWatch()
-    {
-        // Printing to a host that is gone must not end this process before the program.
-        signal(SIGPIPE, SIG_IGN);
-        prctl(PR_SET_PDEATHSIG, SIGTERM);
-    }
-    HostWatch(const HostWatch&) = delete;
-    HostWatch& operator=(const HostWatch&) = delete;
-    ~HostWatch()
-    {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
-        end_if_gone();
-    }
-    void end_if_gone() const
-    {
-        if (getppid() == host_)
-            return;
-        end_descendants();
-        std::_Exit(EXIT_FAILURE);
-    }
-
-  private:
-    const pid_t host_ = getppid();
-};
-
-/// SIGTERM to the program and all it started; SIGKILL to what is left when the program has ended, after 5 s at latest.
-void stop(const Process& program)
-{
-    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
-    signal_descendants(getpid(), SIGTERM);
-    ProcessEnd end;
-    while (!take_end(program.pid, end) && std::chrono::steady_clock::now() < patience)
-        poll(nullptr, 0, 20);
-    end_descendants();
-}
-
-/// Runs a program in `folder` to its end, gives each line that it prints to `take_line`, and ends whatever it leaves behind. What
-/// it started gets SIGTERM when the run is stopped, and SIGKILL 5 s later at most; all of it ends with the host, should that be
-/// killed. For a process that waits for no other child. Throws Error if there is no such program, and Canceled.
-ProcessEnd run_program(const std::vector<std::string>& words, const EnvironmentChanges& environment, const fs::path& folder,
-                       RunContext& run, const auto& take_line)
-{
-    const std::string file = find_program(words.front());
-    if (file.empty())
-        throw Error(words.front() + ": program not found" +
-                    (words.front().find('/') == std::string::npos ? " in PATH" : " or not executable"));
-    const HostWatch host;
-    const Process program =
-        start_process({.file = file, .arguments = words, .environment = environment, .folder = folder.string()});
-    LineBuffer output;
-    ProcessEnd end;
-    for (bool ended = false; !ended;)
-    {
-        pollfd descriptor{program.output.get(), POLLIN, 0};
-        poll(&descriptor, 1, 100);
-        if ((descriptor.revents & POLLIN) == 0 && (descriptor.revents & POLLHUP) != 0)
-            poll(nullptr, 0, 5);  // It closed its output and goes on.
-        host.end_if_gone();
-        try
-        {
-            run.check_canceled();
-        }
-        catch (const Canceled&)
-        {
-            stop(program);
-            throw;
-        }
-        ended = take_end(program.pid, end);
-        output.read_from(program.output.get());
-        std::string line;
-        while (output.next(line))
-            take_line(line);
-    }
-    // Processes that it left behind must no longer write into its outputs.
-    end_descendants();
-    if (const std::string rest = output.rest(); !rest.empty())
-        take_line(rest);
-    return end;
-}
 
 constexpr std::size_t shown_lines = 200;
 constexpr std::size_t kept_lines = 12;
@@ -256,8 +166,13 @@ class Command final : public Stage
         for (const char* name : {"FRESCO_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"})
             environment.emplace_back(name, threads);
         Printed printed(run);
-        const ProcessEnd end =
-            run_program(words, environment, made(scratch / "work"), run, [&](const std::string& line) { printed.take(line); });
+        const std::string file = find_program(words.front());
+        if (file.empty())
+            throw Error(words.front() + ": program not found" +
+                        (words.front().find('/') == std::string::npos ? " in PATH" : " or not executable"));
+        const ProcessEnd end = programs::run_program(
+            {.file = file, .arguments = words, .environment = environment, .folder = made(scratch / "work").string()}, run,
+            [&](const std::string& line) { printed.take(line); });
         if (end.signal != 0)
             throw Error("'" + shown_command(words) + "' was killed by a signal: " + signal_text(end.signal) + printed.tail());
         if (end.exit_code != 0)

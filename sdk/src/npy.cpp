@@ -75,9 +75,9 @@ class HeaderParser
                 array.type = parse_descr();
             else if (key("'fortran_order'"))
             {
-                if (accept("True"))
-                    fail("the array is in Fortran order; save it with numpy.ascontiguousarray");
-                expect("False");
+                is_fortran_ = accept("True");
+                if (!is_fortran_)
+                    expect("False");
             }
             else if (key("'shape'"))
                 array.shape = parse_shape();
@@ -96,6 +96,8 @@ class HeaderParser
             fail("the header lacks one of the keys 'descr', 'fortran_order', 'shape'");
         return array;
     }
+
+    bool is_fortran() const { return is_fortran_; }
 
   private:
     [[noreturn]] void fail(const std::string& what) const
@@ -156,6 +158,7 @@ class HeaderParser
     std::size_t offset_;
     std::string_view source_;
     std::size_t position_ = 0;
+    bool is_fortran_ = false;
 };
 
 /// Number of elements, or nothing if it does not fit.
@@ -166,6 +169,23 @@ bool product(std::span<const std::size_t> shape, std::size_t& count)
         if (__builtin_mul_overflow(count, extent, &count))
             return false;
     return true;
+}
+
+/// Elements of `size` bytes whose first index changes fastest, reordered so that the last one does.
+std::vector<std::byte> in_c_order(std::span<const std::byte> bytes, std::span<const std::size_t> shape, std::size_t size)
+{
+    std::vector<std::byte> result(bytes.size());
+    std::vector<std::size_t> at(shape.size(), 0);
+    for (std::size_t to = 0; to < bytes.size(); to += size)
+    {
+        std::size_t from = 0;
+        for (std::size_t axis = shape.size(); axis-- > 0;)
+            from = from * shape[axis] + at[axis];
+        std::memcpy(result.data() + to, bytes.data() + from * size, size);
+        for (std::size_t axis = shape.size(); axis-- > 0 && ++at[axis] == shape[axis];)
+            at[axis] = 0;
+    }
+    return result;
 }
 
 }  // namespace
@@ -202,8 +222,8 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     if (text.size() < 10)
         fail(text.size(), "the file is cut inside its header");
     const auto version = static_cast<unsigned char>(text[6]);
-    if (version != 1 && version != 2)
-        fail(6, fmt::format("NPY version {} is not supported (1 and 2 are)", version));
+    if (version < 1 || version > 3)
+        fail(6, fmt::format("NPY version {} is not supported (1 to 3 are)", version));
     const std::size_t length_bytes = version == 1 ? 2 : 4;
     const std::size_t header_begin = 8 + length_bytes;
     std::size_t header_size = 0;
@@ -212,7 +232,8 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     if (text.size() < header_begin || header_size > text.size() - header_begin)
         fail(text.size(), "the file is cut inside its header");
 
-    NpyArray array = HeaderParser(text.substr(header_begin, header_size), header_begin, source).parse();
+    HeaderParser parser(text.substr(header_begin, header_size), header_begin, source);
+    NpyArray array = parser.parse();
     const std::size_t data_begin = header_begin + header_size;
     std::size_t expected = 0;
     if (!product(array.shape, expected) || __builtin_mul_overflow(expected, form_of(array.type).bytes, &expected))
@@ -221,6 +242,8 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
         fail(bytes.size(),
              fmt::format("the shape asks for {} bytes of data, the file has {}", expected, bytes.size() - data_begin));
     array.bytes.assign(bytes.begin() + static_cast<std::ptrdiff_t>(data_begin), bytes.end());
+    if (parser.is_fortran())
+        array.bytes = in_c_order(array.bytes, array.shape, form_of(array.type).bytes);
     return array;
 }
 

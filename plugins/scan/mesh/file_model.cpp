@@ -277,6 +277,13 @@ std::vector<std::byte> without_profile(std::vector<std::byte> picture)
 {
     const std::string_view kind = suffix_of(picture);
     const std::string_view text(reinterpret_cast<const char*>(picture.data()), picture.size());
+    // Segments and chunks of other kinds are skipped.
+    constexpr std::string_view mark("ICC_PROFILE\0", 12);
+    for (auto at = text.find(mark, 4); kind == ".jpg" && at != std::string_view::npos; at = text.find(mark, at + 1))
+        if (text.substr(at - 4, 2) == "\xFF\xE2")
+            picture[at - 3] = std::byte{0xEF};
+    if (kind == ".webp" && text.size() > 34 && text.substr(12, 4) == "VP8X" && text.substr(30, 4) == "ICCP")
+        picture[30] = std::byte{'i'};
     if (const auto at = text.find("iCCP"); kind == ".png" && at < text.find("IDAT"))
     {
         std::size_t length = 0;
@@ -286,13 +293,6 @@ std::vector<std::byte> without_profile(std::vector<std::byte> picture)
             picture.erase(picture.begin() + static_cast<std::ptrdiff_t>(at - 4),
                           picture.begin() + static_cast<std::ptrdiff_t>(std::min(at + 8 + length, text.size())));
     }
-    // Segments and chunks of other kinds are skipped.
-    constexpr std::string_view mark("ICC_PROFILE\0", 12);
-    for (auto at = text.find(mark, 4); kind == ".jpg" && at != std::string_view::npos; at = text.find(mark, at + 1))
-        if (text.substr(at - 4, 2) == "\xFF\xE2")
-            picture[at - 3] = std::byte{0xEF};
-    if (kind == ".webp" && text.size() > 34 && text.substr(12, 4) == "VP8X" && text.substr(30, 4) == "ICCP")
-        picture[30] = std::byte{'i'};
     return picture;
 }
 

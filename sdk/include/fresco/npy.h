@@ -39,8 +39,8 @@ struct NpyArray
     std::span<const T> as() const;
 };
 
-/// Strict NPY reader (versions 1 and 2). Throws Error naming `source` and the offset on a wrong magic, an unknown type, Fortran
-/// order, a shape that does not fit the file's size, or bytes after the data.
+/// Strict NPY reader (versions 1 to 3); Fortran order becomes C order. Throws Error naming `source` and the offset on a wrong
+/// magic, an unknown type, a shape that does not fit the file's size, or bytes after the data.
 NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source);
 NpyArray read_npy(const std::filesystem::path& file);
 

@@ -68,17 +68,17 @@ inline Catalog hand_made_catalog()
         "frames.sharpest", "frames frames", "kept frames",
         R"({"name": "min_sharpness", "kind": "number", "default": 100.0, "min": 0.0, "help": "Below this a frame is blurry"})"));
     catalog.add(stage("mesh.decimate", "mesh mesh", "simplified mesh", R"json(
-        {"name": "max_faces", "kind": "int", "default": 500000, "min": 4.0, "max": 50000000.0, "unit": "count",
+        {"name": "max_faces", "kind": "int", "default": 500000, "min": 4.0, "max": 50000000.0,
          "help": "Stop at this many triangles"},
         {"name": "keep_borders", "kind": "bool", "default": true, "help": "Keep open borders"},
         {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"})json"));
     catalog.add(stage("atlas.flat", "mesh mesh", "atlas mesh",
-                      R"({"name": "size_px", "kind": "int", "default": 2048, "unit": "px", "help": "Side"})"));
+                      R"({"name": "size_px", "kind": "int", "default": 2048, "help": "Side"})"));
     catalog.add(stage("uvmaps.raster", "mesh mesh, frames frames", "maps uv_maps", R"json(
-        {"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "unit": "px", "help": "Heights"},
+        {"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "help": "Heights"},
         {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"})json"));
     catalog.add(stage("texture.optimize", "maps uv_maps, frames frames, style image, mask image?", "texture texture", R"json(
-        {"name": "size_px", "kind": "int", "default": 2048, "min": 0.0, "max": 16384.0, "unit": "px", "help": "Side"},
+        {"name": "size_px", "kind": "int", "default": 2048, "min": 0.0, "max": 16384.0, "help": "Side"},
         {"name": "epochs", "kind": "int", "default": 2, "help": "Visits of every view"},
         {"name": "max_steps", "kind": "int", "default": 0, "help": "Last step"},
         {"name": "weights", "kind": "input_file", "default": "", "help": "Weights of VGG-19"},

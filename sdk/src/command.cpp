@@ -3,6 +3,7 @@
 #include <fresco/process.h>
 #include <fresco/wording.h>
 
+#include <regex>
 #include <set>
 #include <type_traits>
 
@@ -12,33 +13,27 @@ namespace fs = std::filesystem;
 namespace
 {
 
-/// Calls text(piece) and name(piece) in the order of the word.
-template <class Text, class Name>
-void walk(std::string_view word, const Text& text, const Name& name)
+// Longer names are none, and would take stack for each character.
+const std::regex braces(R"(\{\{|\}\}|\{([^{}]{0,99})\}|[{}])");
+
+/// The word with the value of each {name} in its place.
+template <class ValueOf>
+std::string with_values(std::string_view word, const ValueOf& value_of)
 {
-    const auto refuse = [&](const char* brace)
+    std::string result;
+    const char* text = word.data();
+    const char* const end = text + word.size();
+    for (std::cregex_iterator found(text, end, braces), none; found != none; ++found)
     {
-        throw Error("'" + std::string(word) + "' has a '" + brace + "' without its other: a {name} stands for a port's path, " +
-                    brace + brace + " for a brace");
-    };
-    for (std::size_t i = 0; i < word.size(); ++i)
-    {
-        const bool brace = word[i] == '{' || word[i] == '}';
-        if (!brace)
-            text(word.substr(i, 1));
-        else if (i + 1 < word.size() && word[i + 1] == word[i])
-            text(word.substr(i++, 1));
-        else if (word[i] == '}')
-            refuse("}");
-        else
-        {
-            const auto end = word.find_first_of("{}", i + 1);
-            if (end == std::string_view::npos || word[end] != '}')
-                refuse("{");
-            name(std::string(word.substr(i + 1, end - i - 1)));
-            i = end;
-        }
+        const std::string brace(1, *(*found)[0].first);
+        result.append(text, (*found)[0].first);
+        text = (*found)[0].second;
+        if (found->length() == 1)
+            throw Error("'" + std::string(word) + "' has a '" + brace +
+                        "' without its other: a {name} stands for a port's path, " + brace + brace + " for a brace");
+        result += (*found)[1].matched ? value_of(found->str(1)) : brace;
     }
+    return result.append(text, end);
 }
 
 /// The options of one kind together.
@@ -170,24 +165,20 @@ class Checker
 std::vector<std::string> names_in(std::string_view word)
 {
     std::vector<std::string> names;
-    walk(
-        word, [](std::string_view) {}, [&](std::string name) { names.push_back(std::move(name)); });
+    with_values(word, [&](const std::string& name) { return names.emplace_back(name); });
     return names;
 }
 
 std::string filled_in(std::string_view word, const std::map<std::string, std::string>& values)
 {
-    std::string result;
-    walk(
-        word, [&](std::string_view text) { result += text; },
-        [&](const std::string& name)
-        {
-            const auto value = values.find(name);
-            if (value == values.end())
-                throw Error("'" + std::string(word) + "': unknown name {" + name + "}");
-            result += value->second;
-        });
-    return result;
+    const auto value_of = [&](const std::string& name)
+    {
+        const auto value = values.find(name);
+        if (value == values.end())
+            throw Error("'" + std::string(word) + "': unknown name {" + name + "}");
+        return value->second;
+    };
+    return with_values(word, value_of);
 }
 
 std::vector<CommandLineProblem>

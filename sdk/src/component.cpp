@@ -209,12 +209,12 @@ Value parsed_default(const std::string& text)
 }  // namespace
 
 SlotBase::SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
-                   const std::string& default_config, std::string help, bool is_optional, std::string chosen_by)
+                   const std::string& default_config, std::string help, std::string chosen_by)
     : Parameter(owner, {.name = std::move(name),
                         .kind = kind,
                         .default_value = parsed_default(default_config),
                         .component_kind = std::string(component_kind),
-                        .optional = is_optional || (kind == OptionKind::component && default_config.empty()),
+                        .optional = kind == OptionKind::component && default_config.empty(),
                         .chosen_by = std::move(chosen_by),
                         .help = std::move(help)})
 {

@@ -7,12 +7,11 @@
 #include <cstring>
 #include <dirent.h>
 #include <fcntl.h>
-#include <linux/openat2.h>
 #include <memory>
 #include <mutex>
 #include <string_view>
-#include <sys/syscall.h>
 #include <unistd.h>
+#include <utility>
 
 namespace fresco
 {
@@ -65,54 +64,27 @@ std::string_view kind_text(mode_t mode)
                 ": " + advice);
 }
 
-/// Opens a folder step by step; -1 with errno ELOOP at a link, as openat2 does with RESOLVE_NO_SYMLINKS. For kernels before 5.6,
-/// and containers that forbid that call.
-FileDescriptor open_in_steps(const fs::path& folder)
-{
-    constexpr int flags = O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
-    FileDescriptor fd(uninterrupted([&] { return open("/", flags); }));
-    for (const fs::path& step : folder.relative_path())
-        if (fd.valid())
-            fd = FileDescriptor(uninterrupted([&] { return openat(fd.get(), step.c_str(), flags); }));
-    return fd;
-}
-
-FileDescriptor open_without_links(const fs::path& folder)
-{
-    open_how how{};
-    how.flags = O_PATH | O_DIRECTORY | O_CLOEXEC;
-    how.resolve = RESOLVE_NO_SYMLINKS;
-    FileDescriptor fd(
-        static_cast<int>(uninterrupted([&] { return syscall(SYS_openat2, AT_FDCWD, folder.c_str(), &how, sizeof how); })));
-    if (!fd.valid() && (errno == ENOSYS || errno == EPERM))
-        return open_in_steps(folder);
-    return fd;
-}
-
-/// Throws Error naming the first step of the path that is not a folder, if there is one.
-void check_steps(const fs::path& folder, const std::string& advice)
-{
-    fs::path step = "/";
-    for (const fs::path& name : folder.relative_path())
-    {
-        step /= name;
-        struct stat status = {};
-        if (lstat(step.c_str(), &status) != 0)
-            return;
-        if (!S_ISDIR(status.st_mode))
-            refuse(step, status.st_mode, true, advice);
-    }
-}
-
+/// Opens a folder step by step, so that no link is followed: openat2 does it in one call, but not before Linux 5.6 nor in every
+/// container. Throws Error naming the first step that is no folder; one that is missing is left in errno.
 FileDescriptor open_guarded(const fs::path& folder, const std::string& advice)
 {
     if (std::ranges::find(folder, fs::path("..")) != folder.end())
         throw Error(folder.string() + ": leads out of its folder by '..'");
-    FileDescriptor fd = open_without_links(folder);
-    if (const int cause = errno; !fd.valid() && (cause == ELOOP || cause == ENOTDIR))
+    constexpr int flags = O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
+    FileDescriptor fd(uninterrupted([&] { return open("/", flags); }));
+    fs::path reached = "/";
+    for (const fs::path& step : folder.relative_path())
     {
-        check_steps(folder, advice);
+        FileDescriptor next(uninterrupted([&] { return openat(fd.get(), step.c_str(), flags); }));
+        const int cause = errno;
+        struct stat status = {};
+        reached /= step;
+        if (!next.valid() && fstatat(fd.get(), step.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISDIR(status.st_mode))
+            refuse(reached, status.st_mode, true, advice);
+        fd = std::move(next);
         errno = cause;
+        if (!fd.valid())
+            break;
     }
     return fd;
 }

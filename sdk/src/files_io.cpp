@@ -21,6 +21,7 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 namespace fresco
@@ -53,6 +54,18 @@ std::size_t read_some(const FileDescriptor& input, std::span<std::byte> bytes, c
     if (count < 0)
         throw Failure(file.string() + ": reading failed: " + cause());
     return static_cast<std::size_t>(count);
+}
+
+/// A regular file, and its size.
+std::pair<FileDescriptor, std::size_t> opened_file(const std::filesystem::path& file)
+{
+    FileDescriptor input = open_file(file, O_RDONLY);
+    struct stat status = {};
+    if (!input.valid() || ::fstat(input.get(), &status) != 0)
+        throw MissingInput(file.string() + ": cannot be opened: " + cause());
+    if (!S_ISREG(status.st_mode))
+        throw Error(file.string() + ": is not a regular file");
+    return {std::move(input), static_cast<std::size_t>(status.st_size)};
 }
 
 void write_all(int fd, std::span<const std::byte> bytes, const std::filesystem::path& file)
@@ -194,13 +207,7 @@ void flush(const std::list<Draft>& drafts)
 
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes)
 {
-    const FileDescriptor input = open_file(file, O_RDONLY);
-    struct stat status = {};
-    if (!input.valid() || ::fstat(input.get(), &status) != 0)
-        throw MissingInput(file.string() + ": cannot be opened: " + cause());
-    if (!S_ISREG(status.st_mode))
-        throw Error(file.string() + ": is not a regular file");
-    const auto size = static_cast<std::size_t>(status.st_size);
+    const auto [input, size] = opened_file(file);
     if (size > limit_bytes)
         throw Error(fmt::format("{}: has {} bytes; at most {} are accepted", file.string(), size, limit_bytes));
     std::vector<std::byte> bytes(size);
@@ -321,13 +328,7 @@ std::string content_hash(std::string_view text)
 
 std::string file_hash(const std::filesystem::path& file)
 {
-    // A FIFO must not be waited for.
-    const FileDescriptor input(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); }));
-    struct stat status = {};
-    if (!input.valid() || ::fstat(input.get(), &status) != 0)
-        throw MissingInput(file.string() + ": cannot be read: " + cause());
-    if (!S_ISREG(status.st_mode))
-        throw Error(file.string() + ": is not a regular file");
+    const FileDescriptor input = opened_file(file).first;
     const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), &XXH3_freeState);
     XXH3_128bits_reset(state.get());
     std::vector<std::byte> buffer(std::size_t{1} << 20U);

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cstring>
 #include <fmt/format.h>
-#include <set>
+#include <regex>
 #include <string>
 #include <type_traits>
 
@@ -21,7 +21,7 @@ struct TypeForm
     char kind;
     std::size_t bytes;
 
-    std::string descr() const { return fmt::format("{}{}{}", bytes == 1 ? '|' : '<', kind, bytes); }
+    std::string descr() const { return fmt::format("'{}{}{}'", bytes == 1 ? '|' : '<', kind, bytes); }
     std::string name() const { return fmt::format("{}{}", kind == 'f' ? "float" : kind == 'i' ? "int" : "uint", 8 * bytes); }
 };
 
@@ -46,120 +46,17 @@ const TypeForm& form_of()
 }
 
 constexpr std::string_view magic("\x93NUMPY", 6);
+/// A regular expression takes stack for each character: what lies behind is not looked at.
+constexpr std::size_t longest_header = 1024;
+constexpr std::size_t most_extents = 8;
 
-/// Reads the Python dictionary of the header: exactly the keys descr, fortran_order and shape, in any order.
-class HeaderParser
+/// The value of `key` in the Python dictionary of a header, spelled as `form` says. Nothing but the spelling is checked.
+std::csub_match value_in(std::string_view header, const std::string& key, const std::string& form)
 {
-  public:
-    HeaderParser(std::string_view text, std::size_t offset, std::string_view source)
-        : text_(text), offset_(offset), source_(source)
-    {
-    }
-
-    NpyArray parse()
-    {
-        NpyArray array;
-        std::set<std::string_view> keys;
-        const auto key = [&](std::string_view name)
-        {
-            if (!accept(name))
-                return false;
-            expect(":");
-            keys.insert(name);
-            return true;
-        };
-        expect("{");
-        while (!accept("}"))
-        {
-            if (key("'descr'"))
-                array.type = parse_descr();
-            else if (key("'fortran_order'"))
-            {
-                is_fortran_ = accept("True");
-                if (!is_fortran_)
-                    expect("False");
-            }
-            else if (key("'shape'"))
-                array.shape = parse_shape();
-            else
-                fail("expected one of the keys 'descr', 'fortran_order', 'shape'");
-            if (!accept(","))
-            {
-                expect("}");
-                break;
-            }
-        }
-        skip_blanks();
-        if (position_ != text_.size())
-            fail("unexpected text after the header");
-        if (keys.size() != 3)
-            fail("the header lacks one of the keys 'descr', 'fortran_order', 'shape'");
-        return array;
-    }
-
-    bool is_fortran() const { return is_fortran_; }
-
-  private:
-    [[noreturn]] void fail(const std::string& what) const
-    {
-        throw Error(fmt::format("{}: byte {}: {}", source_, offset_ + position_, what));
-    }
-    void skip_blanks()
-    {
-        while (position_ < text_.size() && (text_[position_] == ' ' || text_[position_] == '\n'))
-            ++position_;
-    }
-    bool accept(std::string_view token)
-    {
-        skip_blanks();
-        if (text_.substr(position_, token.size()) != token)
-            return false;
-        position_ += token.size();
-        return true;
-    }
-    void expect(std::string_view token)
-    {
-        if (!accept(token))
-            fail("expected " + std::string(token) + " in the NPY header");
-    }
-    NpyType parse_descr()
-    {
-        for (const TypeForm& form : type_forms)
-            if (accept("'" + form.descr() + "'"))
-                return form.type;
-        fail("element type not supported; save it as uint8, uint16, uint32, int32, int64, float32 or float64, little-endian");
-    }
-    std::vector<std::size_t> parse_shape()
-    {
-        std::vector<std::size_t> shape;
-        expect("(");
-        while (!accept(")"))
-        {
-            skip_blanks();
-            if (position_ < text_.size() && text_[position_] == '-')
-                fail("a negative extent; expected the number of rows, columns or channels");
-            std::size_t extent = 0;
-            const char* begin = text_.data() + position_;
-            const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), extent);
-            if (error != std::errc{} || shape.size() >= 8)
-                fail("expected at most 8 array extents");
-            position_ += static_cast<std::size_t>(end - begin);
-            shape.push_back(extent);
-            if (!accept(","))
-            {
-                expect(")");
-                break;
-            }
-        }
-        return shape;
-    }
-
-    std::string_view text_;
-    std::size_t offset_;
-    std::string_view source_;
-    std::size_t position_ = 0;
-    bool is_fortran_ = false;
-};
+    std::cmatch match;
+    std::regex_search(header.data(), header.data() + header.size(), match, std::regex("'" + key + "' *: *(" + form + ")"));
+    return match.empty() ? std::csub_match() : match[1];
+}
 
 /// Number of elements, or nothing if it does not fit.
 bool product(std::span<const std::size_t> shape, std::size_t& count)
@@ -169,23 +66,6 @@ bool product(std::span<const std::size_t> shape, std::size_t& count)
         if (__builtin_mul_overflow(count, extent, &count))
             return false;
     return true;
-}
-
-/// Elements of `size` bytes whose first index changes fastest, reordered so that the last one does.
-std::vector<std::byte> in_c_order(std::span<const std::byte> bytes, std::span<const std::size_t> shape, std::size_t size)
-{
-    std::vector<std::byte> result(bytes.size());
-    std::vector<std::size_t> at(shape.size(), 0);
-    for (std::size_t to = 0; to < bytes.size(); to += size)
-    {
-        std::size_t from = 0;
-        for (std::size_t axis = shape.size(); axis-- > 0;)
-            from = from * shape[axis] + at[axis];
-        std::memcpy(result.data() + to, bytes.data() + from * size, size);
-        for (std::size_t axis = shape.size(); axis-- > 0 && ++at[axis] == shape[axis];)
-            at[axis] = 0;
-    }
-    return result;
 }
 
 }  // namespace
@@ -222,8 +102,8 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     if (text.size() < 10)
         fail(text.size(), "the file is cut inside its header");
     const auto version = static_cast<unsigned char>(text[6]);
-    if (version < 1 || version > 3)
-        fail(6, fmt::format("NPY version {} is not supported (1 to 3 are)", version));
+    if (version != 1 && version != 2)
+        fail(6, fmt::format("NPY version {} is not supported (1 and 2 are)", version));
     const std::size_t length_bytes = version == 1 ? 2 : 4;
     const std::size_t header_begin = 8 + length_bytes;
     std::size_t header_size = 0;
@@ -232,8 +112,28 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     if (text.size() < header_begin || header_size > text.size() - header_begin)
         fail(text.size(), "the file is cut inside its header");
 
-    HeaderParser parser(text.substr(header_begin, header_size), header_begin, source);
-    NpyArray array = parser.parse();
+    const std::string_view header = text.substr(header_begin, std::min(header_size, longest_header));
+    const auto descr = value_in(header, "descr", "'[^']*'");
+    const auto order = value_in(header, "fortran_order", "True|False");
+    const auto shape = value_in(header, "shape", "\\([^()]*\\)");
+    if (!descr.matched || !order.matched || !shape.matched)
+        fail(header_begin, "expected a header such as {'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }");
+    const auto place = [&](const char* in_header) { return static_cast<std::size_t>(in_header - text.data()); };
+    const auto form = std::ranges::find(type_forms, descr.str(), &TypeForm::descr);
+    if (form == type_forms.end())
+        fail(place(descr.first),
+             "element type not supported; save it as uint8, uint16, uint32, int32, int64, float32 or float64, little-endian");
+    if (order.str() == "True")
+        fail(place(order.first), "the array is in Fortran order; save it with numpy.ascontiguousarray");
+    NpyArray array{.type = form->type, .shape = {}, .bytes = {}};
+    const auto next = [&](const char* at) { return std::find_if(at, shape.second, [](char c) { return c != ',' && c != ' '; }); };
+    for (const char* at = next(shape.first + 1); *at != ')';)
+    {
+        const auto [end, error] = std::from_chars(at, shape.second, array.shape.emplace_back());
+        if (error != std::errc{} || array.shape.size() > most_extents)
+            fail(place(at), "expected at most 8 numbers of rows, columns or channels");
+        at = next(end);
+    }
     const std::size_t data_begin = header_begin + header_size;
     std::size_t expected = 0;
     if (!product(array.shape, expected) || __builtin_mul_overflow(expected, form_of(array.type).bytes, &expected))
@@ -242,8 +142,6 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
         fail(bytes.size(),
              fmt::format("the shape asks for {} bytes of data, the file has {}", expected, bytes.size() - data_begin));
     array.bytes.assign(bytes.begin() + static_cast<std::ptrdiff_t>(data_begin), bytes.end());
-    if (parser.is_fortran())
-        array.bytes = in_c_order(array.bytes, array.shape, form_of(array.type).bytes);
     return array;
 }
 
@@ -257,7 +155,7 @@ std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, 
     std::size_t expected = 0;
     if (!product(shape, expected) || expected * form_of(type).bytes != bytes.size())
         throw Error("to_npy: the shape does not fit the number of values");
-    std::string header = "{'descr': '" + form_of(type).descr() + "', 'fortran_order': False, 'shape': (";
+    std::string header = "{'descr': " + form_of(type).descr() + ", 'fortran_order': False, 'shape': (";
     header += fmt::format("{}{}), }}", fmt::join(shape, ", "), shape.size() == 1 ? "," : "");
     // The data begins at a multiple of 64 bytes, as NumPy writes it.
     const std::size_t prefix = magic.size() + 4;
@@ -273,21 +171,6 @@ std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, 
     if (!bytes.empty())
         std::memcpy(file.data() + prefix + header.size(), bytes.data(), bytes.size());
     return file;
-}
-
-void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint8_t> values)
-{
-    write_file(file, to_npy(NpyType::uint8, shape, std::as_bytes(values)));
-}
-
-void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint16_t> values)
-{
-    write_file(file, to_npy(NpyType::uint16, shape, std::as_bytes(values)));
-}
-
-void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const float> values)
-{
-    write_file(file, to_npy(NpyType::float32, shape, std::as_bytes(values)));
 }
 
 template <class T>

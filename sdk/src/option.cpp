@@ -1,7 +1,6 @@
 #include <fresco/option.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <ranges>
 
@@ -77,15 +76,6 @@ void read(const Value& value, T& v)
     }
 }
 
-std::string unit_of(const std::string& name)
-{
-    static constexpr std::array units{"px", "m", "deg", "count", "s", "mb"};
-    for (const char* unit : units)
-        if (name.ends_with(std::string("_") + unit))
-            return unit;
-    return {};
-}
-
 void declare(OptionDeclaration& option, NotInKey)
 {
     option.in_key = false;
@@ -119,7 +109,6 @@ OptionDeclaration declared(std::string name, bool is_required, const T& value, s
     OptionDeclaration option{.name = std::move(name), .kind = kind_of<T>, .required = is_required};
     for (const detail::OptionTerm& term : said)
         std::visit([&](const auto what) { declare(option, what); }, term.said);
-    option.unit = unit_of(option.name);
     if (!option.required)
         option.default_value = written(value);
     if constexpr (std::is_same_v<T, int> || std::is_same_v<T, std::vector<int>>)

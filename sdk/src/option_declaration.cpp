@@ -49,7 +49,6 @@ void visit_members(T& it, const Visit& visit)
         visit("choices", it.choices);
         visit("extensions", it.extensions);
         visit("formats", it.formats);
-        visit("unit", it.unit);
         visit("in_key", it.in_key);
         visit("device", it.is_device);
         visit("optional", it.optional);

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <fmt/format.h>
 #include <span>
 
@@ -114,11 +112,7 @@ std::string lower_extension(const std::filesystem::path& file)
 
 std::string number_text(double number)
 {
-    std::array<char, 64> buffer{};
-    const bool whole = std::abs(number) < 1e15 && number == std::floor(number);
-    const auto end = whole ? std::to_chars(buffer.data(), buffer.data() + buffer.size(), static_cast<long long>(number)).ptr
-                           : std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
-    return std::string(buffer.data(), end);
+    return fmt::format("{}", number);
 }
 
 Error::~Error() = default;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <limits>
@@ -50,7 +49,6 @@ ZipReader::ZipReader(std::span<const std::byte> bytes, std::string_view source) 
         offset = read_entry(offset, static_cast<std::size_t>(begin + size));
     if (offset != begin + size)
         fail(offset, "bytes in the central directory that belong to no entry");
-    check_overlaps(static_cast<std::size_t>(begin));
 }
 
 const ZipReader::Entry& ZipReader::entry(const std::string& name) const
@@ -182,21 +180,6 @@ void ZipReader::check_header(const std::string& name, Entry& entry) const
         (has_sizes && (number(at + 14, 4) != entry.checksum || number(at + 22, 4) != entry.unpacked_size)))
         fail(at, "the header of an entry does not agree with the central directory");
     entry.data = at + static_cast<std::size_t>(length);
-}
-
-void ZipReader::check_overlaps(std::size_t directory) const
-{
-    std::vector<std::pair<std::size_t, std::size_t>> extents;
-    for (const auto& [name, entry] : entries_)
-        extents.emplace_back(entry.header, entry.data + entry.size);
-    std::ranges::sort(extents);
-    std::size_t previous = 0;
-    for (const auto& [begin, end] : extents)
-    {
-        if (begin < previous || end > directory)
-            fail(begin, "entries that overlap");
-        previous = end;
-    }
 }
 
 namespace

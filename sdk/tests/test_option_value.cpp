@@ -143,7 +143,7 @@ TEST_CASE("A value fits its declaration, or every problem with it is reported, w
 TEST_CASE("A declaration is read back as it was written")
 {
     for (const char* text :
-         {whole, choice, no_output, slot, slots, R"("kind": "numbers", "required": true, "unit": "px", "in_key": false)",
+         {whole, choice, no_output, slot, slots, R"("kind": "numbers", "required": true, "in_key": false)",
           R"("kind": "components", "component_kind": "loss", "default": "auto",
                                 "auto": {"option": "weights", "if_empty": {}, "if_set": {"a": "${weights}"}})"})
     {

@@ -130,8 +130,7 @@ Value accepted_schema(const OptionDeclaration& option)
 
 std::string description(const OptionDeclaration& option)
 {
-    return option.help + (option.help.empty() ? "" : " ") + "(" + option.accepted() +
-           (option.unit.empty() ? "" : ", " + option.unit) + ")";
+    return option.help + (option.help.empty() ? "" : " ") + "(" + option.accepted() + ")";
 }
 
 class SchemaWriter

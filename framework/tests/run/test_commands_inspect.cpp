@@ -16,7 +16,7 @@ Catalog small_catalog()
 {
     Catalog catalog;
     catalog.add(described("mesh.pass", "stage", R"({
-        "options": [{"name": "size_px", "kind": "int", "default": 5, "min": 1.0, "unit": "px", "help": "A size"},
+        "options": [{"name": "size_px", "kind": "int", "default": 5, "min": 1.0, "help": "A size"},
                     {"name": "path", "kind": "input_file", "required": true, "help": "A file"},
                     {"name": "note", "kind": "text", "default": "", "in_key": false, "help": "A note"},
                     {"name": "style", "kind": "component", "component_kind": "loss", "help": "A loss"}],

@@ -1,6 +1,7 @@
 #include "point_cloud.h"
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/npy.h>
 
 namespace example
@@ -12,7 +13,8 @@ void PointCloud::save(const fresco::ArtifactFolder& folder) const
     for (const fresco::Vec3f& p : points)
         values.insert(values.end(), {p.x, p.y, p.z});
     const std::vector<std::size_t> shape{points.size(), 3};
-    fresco::write_npy(folder.path / "points.npy", shape, std::span<const float>(values));
+    const auto bytes = std::as_bytes(std::span(values));
+    fresco::write_file(folder.path / "points.npy", fresco::to_npy(fresco::NpyType::float32, shape, bytes));
 }
 
 std::shared_ptr<PointCloud> PointCloud::load(const fresco::ArtifactFolder& folder)

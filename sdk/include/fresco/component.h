@@ -122,7 +122,7 @@ class SlotBase : public Parameter
   protected:
     /// `default_config` as Slot and SlotMap say.
     SlotBase(Configurable* owner, std::string name, OptionKind kind, std::string_view component_kind,
-             const std::string& default_config, std::string help, bool is_optional = false, std::string chosen_by = "");
+             const std::string& default_config, std::string help, std::string chosen_by = "");
     /// The component that the pipeline has chosen for the kind.
     SlotBase(Configurable* owner, std::string_view component_kind, std::string_view default_type, bool is_optional,
              std::string for_form, std::string help);
@@ -146,10 +146,6 @@ class Slot final : public detail::SlotBase
         : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, default_config, std::move(help))
     {
     }
-    Slot(Configurable* owner, std::string name, const std::string& default_config, Optional, std::string help)
-        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, default_config, std::move(help), true)
-    {
-    }
     Slot(Configurable* owner, std::string help) : SlotBase(owner, T::component_kind, T::default_type, false, "", std::move(help))
     {
     }
@@ -163,7 +159,7 @@ class Slot final : public detail::SlotBase
     }
 
     Slot(Configurable* owner, std::string name, ByMarks by, std::string help)
-        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, "auto", std::move(help), false,
+        : SlotBase(owner, std::move(name), OptionKind::component, T::component_kind, "auto", std::move(help),
                    std::move(by.option))
     {
     }

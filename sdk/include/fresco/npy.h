@@ -46,6 +46,7 @@ NpyArray read_npy(const std::filesystem::path& file);
 
 FileFormat npy_format();
 
+/// The file of an array. Throws Error unless `shape` asks for as many bytes of `type`.
 std::vector<std::byte> to_npy(NpyType type, std::span<const std::size_t> shape, std::span<const std::byte> bytes);
 /// H x W (one channel) or H x W x C, as all functions here that take rasters: of bytes, 16-bit numbers or floats.
 template <class T>
@@ -54,10 +55,7 @@ std::vector<std::byte> to_npy(const Raster<T>& raster);
 template <class T>
 Raster<T> to_raster(const NpyArray& array, std::string_view source);
 
-/// Writes whole or not at all. `shape` product = values.size().
-void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint8_t> values);
-void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const std::uint16_t> values);
-void write_npy(const std::filesystem::path& file, std::span<const std::size_t> shape, std::span<const float> values);
+/// Writes whole or not at all.
 template <class T>
 void write_npy(const std::filesystem::path& file, const Raster<T>& raster);
 

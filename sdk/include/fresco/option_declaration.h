@@ -112,7 +112,6 @@ struct OptionDeclaration
     std::vector<std::string> choices{};
     std::vector<std::string> extensions{};  ///< Extensions of an input file, lower case, with the dot; empty: any.
     std::vector<FileFormat> formats{};      ///< Formats of an input file, for those of its extensions that have one.
-    std::string unit{};
     bool in_key = true;
     bool is_device = false;  ///< Says whether the stage works on a GPU (fresco::chooses_device).
     std::string component_kind{};

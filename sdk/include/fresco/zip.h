@@ -15,8 +15,8 @@
 namespace fresco
 {
 
-/// Reads an archive in memory. The central directory decides; each file's own header must agree with it, and no two files may
-/// overlap. No size that the archive claims is believed before it is compared with the bytes that are there.
+/// Reads an archive in memory. The central directory decides; each file's own header must agree with it. No size that the archive
+/// claims is believed before it is compared with the bytes that are there.
 class ZipReader
 {
   public:
@@ -49,7 +49,6 @@ class ZipReader
     std::size_t find_end() const;
     std::size_t read_entry(std::size_t offset, std::size_t end);
     void check_header(const std::string& name, Entry& entry) const;
-    void check_overlaps(std::size_t directory) const;
 
     std::span<const std::byte> bytes_;
     std::string source_;

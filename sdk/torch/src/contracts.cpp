@@ -12,6 +12,7 @@
 #include <torch/version.h>
 
 #include <algorithm>
+#include <boost/algorithm/string.hpp>
 #include <fmt/format.h>
 
 namespace fresco
@@ -61,19 +62,12 @@ void Loss::restore(const TensorMap& state)
 
 std::vector<std::string> split_layer_names(std::string_view list)
 {
-    constexpr std::string_view separators = ", \t\n";
-    std::vector<std::string> names;
-    while (true)
-    {
-        const auto begin = list.find_first_not_of(separators);
-        if (begin == std::string_view::npos)
-            return names;
-        const auto end = std::min(list.find_first_of(separators, begin), list.size());
-        std::string name(list.substr(begin, end - begin));
-        if (std::find(names.begin(), names.end(), name) == names.end())
-            names.push_back(std::move(name));
-        list.remove_prefix(end);
-    }
+    std::vector<std::string> words, names;
+    boost::split(words, list, boost::is_any_of(", \t\n"));
+    for (std::string& word : words)
+        if (!word.empty() && std::ranges::find(names, word) == names.end())
+            names.push_back(std::move(word));
+    return names;
 }
 
 StyleOptions::StyleOptions(Configurable* owner)

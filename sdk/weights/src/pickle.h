@@ -6,6 +6,7 @@
 #include <fresco/weights/state_dict.h>
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -47,7 +48,6 @@ struct Node
     Kind kind = Kind::none;
     Global global = Global::ordered_dict;
     ElementType type = ElementType::float32;  ///< Element type of a storage.
-    std::uint16_t depth = 0;                  ///< Levels of containers below.
     std::int64_t integer = 0;                 ///< Also: 0 or 1 for a boolean, an index for storages and tensors.
     std::string_view text{};
     std::vector<Handle> items{};
@@ -94,9 +94,7 @@ class PickleMachine
     std::string_view text(std::uint64_t count);
     std::string_view line();
 
-    Handle make(Node node);
-    void push(Node node) { push(make(std::move(node))); }
-    void push(Handle handle);
+    void push(Node node);
     Handle pop();
     std::vector<Handle> pop_to_mark();
     std::vector<Handle> pop_many(std::size_t count);
@@ -123,12 +121,11 @@ class PickleMachine
     std::size_t position_ = 0;
     std::size_t start_ = 0;      ///< Start of this pickle.
     std::size_t operation_ = 0;  ///< Start of the current operation.
-    std::size_t operations_ = 0;
-    std::size_t items_ = 0;  ///< In all containers.
+    std::size_t items_ = 0;      ///< In all containers.
     std::vector<Node> nodes_;
     std::vector<Handle> stack_;
     std::vector<std::size_t> marks_;
-    std::vector<Handle> memo_;  ///< By slot; `nowhere` where nothing was stored.
+    std::map<std::uint64_t, Handle> memo_;  ///< By slot.
     std::vector<Storage> storages_;
     std::vector<StoredTensor> tensors_;
 };

@@ -39,7 +39,6 @@ class Reader
         std::ranges::sort(contents.tensors, {},
                           [](const TensorView& tensor) { return std::pair(tensor.bytes.data(), tensor.bytes.size()); });
         check_layout(contents.tensors);
-        std::ranges::for_each(contents.tensors, [this](const TensorView& tensor) { check_booleans(tensor); });
         return contents;
     }
 
@@ -123,16 +122,6 @@ class Reader
         }
         if (position != bytes_.size())
             fail(position, "bytes that belong to no tensor");
-    }
-
-    void check_booleans(const TensorView& tensor) const
-    {
-        if (tensor.type != ElementType::boolean)
-            return;
-        for (const auto& byte : tensor.bytes)
-            if (std::to_integer<unsigned>(byte) > 1)
-                fail(static_cast<std::size_t>(&byte - bytes_.data()),
-                     "tensor '" + tensor.name + "': a BOOL that is neither 0 nor 1");
     }
 
     std::span<const std::byte> bytes_;

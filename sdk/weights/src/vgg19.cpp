@@ -170,12 +170,6 @@ class Recognizer
                 unknown("scale", "known are raw and other");
             return *text == "raw";
         }
-        if (const auto text = entry("normalized"))
-        {
-            if (text->find("unit mean") == std::string::npos)
-                unknown("normalized", "known is \"unit mean activation\"");
-            return false;
-        }
         return keys == Vgg19Keys::caffe;
     }
 

@@ -78,22 +78,12 @@ TEST_CASE("Nothing grows without bounds")
 {
     const auto repeated = [](const std::string& text, std::size_t count)
     { return fmt::format("{}", fmt::join(std::vector<std::string_view>(count, text), "")); };
-    CHECK(error_of("N" + repeated("\x85", 60) + ".").empty());
-    CHECK_THAT(error_of("N" + repeated("\x85", 70) + "."), Catch::Contains("levels"));
-    // A list in itself.
-    CHECK_THAT(error_of("]q\1" + repeated("h\1a", 70) + "."), Catch::Contains("levels"));
-    CHECK_THAT(error_of(repeated("(", 65) + "."), Catch::Contains("marks"));
-    CHECK_THAT(error_of("Nr\xff\xff\xff\xff."), Catch::Contains("slot 4294967295"));
-    CHECK_THAT(error_of("Nq\1" + repeated("h\1", 110'000) + "."), Catch::Contains("on the stack"));
-    CHECK_THAT(error_of("(" + repeated("N", 90'000) + "t(" + repeated("N", 90'000) + "t(" + repeated("N", 90'000) + "t."),
-               Catch::Contains("values"));
+    CHECK_THAT(error_of("N" + repeated("q\1", 600'000) + "."), Catch::Contains("more than 1 MiB"));
     // A list of 500 entries, made into dicts again and again.
     CHECK_THAT(
         error_of("](" + repeated("(NNt", 500) + "e\x85q\1ccollections\nOrderedDict\nq\2" + repeated("h\2h\1R", 2000) + "."),
         Catch::Contains("containers with more than"));
     CHECK_THAT(error_of("Nq\1(" + repeated("h\1", 20) + "tq\2ccollections\nOrderedDict\nh\2R."), Catch::Contains("arguments"));
-    // The pickle builds nothing, so only its operations count.
-    CHECK_THAT(error_of("N" + repeated("q\1", 1'000'001) + "."), Catch::Contains("operations"));
 }
 
 TEST_CASE("Storages and tensors are checked when they are named")

@@ -96,5 +96,4 @@ TEST_CASE("Damaged safetensors files are refused by name and place")
           {R"("dtype":"BOOL","shape":[3],"data_offsets":[0,3]},"b":{"dtype":"U8","shape":[4],"data_offsets":[4,8])", "gap"},
           {R"("dtype":"F32","shape":[2],"data_offsets":[0,8]},"a":{"dtype":"F32","shape":[2],"data_offsets":[0,8])", "twice"}})
         refused(file_text("{\"a\":{" + std::string(tensor) + "}}", eight), what);
-    refused(file_text(R"({"a":{"dtype":"BOOL","shape":[2],"data_offsets":[0,2]}})", "\x01\x02"), "neither 0 nor 1");
 }

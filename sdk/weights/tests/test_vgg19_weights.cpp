@@ -85,16 +85,12 @@ TEST_CASE("Metadata decides over names")
     metadata["input"] = "BGR in 0..255 minus (103.939, 116.779, 123.68)";
     CHECK(described(contents) == "conv2_1, BGR, zero, other");
     metadata["padding"] = "reflect";
-    metadata["normalized"] = "weights rescaled to unit mean activation (Gatys)";
     CHECK(described(contents) == "conv2_1, BGR, reflect, other");
     metadata["scale"] = "raw";
     CHECK(described(contents) == "conv2_1, BGR, reflect, raw");
     Contents caffe({"conv1_1"});
-    for (const auto& own : {std::map<std::string, std::string>{{"normalized", "unit mean activation"}}, {{"scale", "other"}}})
-    {
-        caffe.dict.metadata = own;
-        CHECK(described(caffe) == "conv1_1, BGR, zero, other");
-    }
+    caffe.dict.metadata = {{"scale", "other"}};
+    CHECK(described(caffe) == "conv1_1, BGR, zero, other");
     // Written weights are read back unchanged.
     Contents again;
     again.dict.metadata = vgg19_metadata(recognized(contents));
@@ -108,8 +104,6 @@ TEST_CASE("Metadata decides over names")
     refused(contents, "padding", "circular");
     refused(contents, "input", "YUV");
     refused(contents, "scale", "perhaps");
-    metadata.erase("scale");
-    refused(contents, "normalized", "perhaps");
 }
 
 TEST_CASE("What is not VGG-19 is refused with the tensor's name")

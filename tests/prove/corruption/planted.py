@@ -89,7 +89,7 @@ class Garden:
         self.put_back()
         found = set(self.roots)
         for number, words in enumerate(self.commands(3)):
-            done, lines = traced("planted", "file,openat2", [self.place.root / "bin/fresco", *words], self.place.root / f"trace-{number}",
+            done, lines = traced("planted", "file", [self.place.root / "bin/fresco", *words], self.place.root / f"trace-{number}",
                                  cwd=self.place.work, env=self.place.environment | {"ASAN_OPTIONS": "detect_leaks=0"})  # Not while traced.
             if done.returncode != 0:
                 sys.exit(f"{' '.join(words)} ended with {done.returncode}: {done.stderr}")

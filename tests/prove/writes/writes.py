@@ -15,7 +15,7 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 from workplace import PATHS, finish, traced
 
-OPENING = ("open", "openat", "openat2")
+OPENING = ("open", "openat")
 WRITING = ("creat", "mkdir", "mkdirat", "rename", "renameat", "renameat2", "unlink", "unlinkat", "rmdir", "link", "linkat", "symlink",
            "symlinkat", "mknod", "mknodat", "chmod", "fchmod", "fchmodat", "chown", "fchown", "lchown", "fchownat",
            "utime", "utimes", "utimensat", "futimesat", "truncate", "ftruncate", "setxattr", "lsetxattr", "fsetxattr")

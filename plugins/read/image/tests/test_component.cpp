@@ -2,6 +2,7 @@
 #include "stored_png.h"
 
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/npy.h>
 #include <fresco/reader.h>
 #include <fresco/testing.h>
@@ -66,7 +67,7 @@ TEST_CASE("read.image: NPY pictures of one, three and four channels")
     const std::vector<std::uint8_t> values{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
     const auto read = [&](std::vector<std::size_t> shape)
     {
-        write_npy(file, shape, std::span(values));
+        write_file(file, to_npy(NpyType::uint8, shape, std::as_bytes(std::span(values))));
         return reader.read(file);
     };
     const auto rgb = read({2, 2, 3});
@@ -86,7 +87,8 @@ TEST_CASE("read.image: an NPY file that is not a picture is refused")
     const auto file = reader.folder.path() / "a.npy";
     const auto refused = [&](const std::vector<std::size_t>& shape, const auto& values, const char* reason)
     {
-        write_npy(file, shape, std::span(values));
+        const NpyType type = sizeof values[0] == 1 ? NpyType::uint8 : NpyType::float32;
+        write_file(file, to_npy(type, shape, std::as_bytes(std::span(values))));
         CHECK_THROWS_WITH(reader.read(file), Contains("a.npy") && Contains(reason));
     };
     const std::vector<std::uint8_t> bytes(12);

@@ -37,7 +37,7 @@ void Regions::save(const ArtifactFolder& folder) const
     write_file(folder.path / "regions.json",
                to_json(Value::Map{{"atlas", atlas}, {"names", Value::List(names.begin(), names.end())}}, 1));
     const std::vector<std::size_t> shape{label_of_face.size()};
-    write_npy(folder.path / "labels.npy", shape, std::span<const std::uint16_t>(label_of_face));
+    write_file(folder.path / "labels.npy", to_npy(NpyType::uint16, shape, std::as_bytes(std::span(label_of_face))));
 }
 
 std::shared_ptr<Regions> Regions::load(const ArtifactFolder& folder)

@@ -62,9 +62,9 @@ struct Vgg19Weights
 };
 
 /// Finds the layers by torchvision's or Caffe's names, as far as they go, and checks every name, shape and type. What the
-/// metadata of a safetensors file says ("input", "padding", "scale", or "normalized" where weights have unit mean activation)
-/// decides; without it torchvision's names mean torchvision's input and scale, Caffe's names Caffe's input and raw activations,
-/// as in Gatys' vgg_conv.pth. Throws Error naming `source` and the tensor or the entry that is wrong.
+/// metadata of a safetensors file says ("input", "padding", "scale") decides; without it torchvision's names mean torchvision's
+/// input and scale, Caffe's names Caffe's input and raw activations, as in Gatys' vgg_conv.pth. Throws Error naming `source` and
+/// the tensor or the entry that is wrong.
 Vgg19Weights recognize_vgg19(const StateDict& contents, std::string_view source);
 
 /// The metadata that says what `weights` says of itself.

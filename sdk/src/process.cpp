@@ -191,8 +191,6 @@ bool take_end(pid_t pid, ProcessEnd& end)
     end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     end.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     end.peak_memory_mb = static_cast<double>(usage.ru_maxrss) / 1024.0;
-    const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6; };
-    end.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
     return true;
 }
 
@@ -261,22 +259,14 @@ std::vector<pid_t> children_of(pid_t pid)
     return found;
 }
 
-std::vector<pid_t> descendants_of(pid_t pid)
-{
-    std::vector<pid_t> found;
-    for (const pid_t child : children_of(pid))
-    {
-        found.push_back(child);
-        const std::vector<pid_t> further = descendants_of(child);
-        found.insert(found.end(), further.begin(), further.end());
-    }
-    return found;
-}
-
 void signal_descendants(pid_t pid, int number)
 {
-    for (const pid_t each : descendants_of(pid))
-        kill(each, number);
+    // The lowest first: children of a process that has ended are another's.
+    for (const pid_t child : children_of(pid))
+    {
+        signal_descendants(child, number);
+        kill(child, number);
+    }
 }
 
 void adopt_orphans()
@@ -284,19 +274,22 @@ void adopt_orphans()
     prctl(PR_SET_CHILD_SUBREAPER, 1);
 }
 
-void end_descendants()
+void end_descendants(const std::vector<pid_t>& spared)
 {
     constexpr int patience = 200;  // times 10 ms; what the kernel itself holds up ends when it can
     for (int tries = 0; tries < patience; ++tries)
     {
-        signal_descendants(getpid(), SIGKILL);
         // Children of processes that ended are adopted meanwhile.
-        pid_t taken = 0;
-        do
-            taken = waitpid(-1, nullptr, WNOHANG);
-        while (taken > 0);
-        if (taken < 0)
+        std::vector<pid_t> children = children_of(getpid());
+        std::erase_if(children, [&](pid_t child) { return std::ranges::find(spared, child) != spared.end(); });
+        if (children.empty())
             return;
+        for (const pid_t child : children)
+        {
+            signal_descendants(child, SIGKILL);
+            kill(child, SIGKILL);
+            waitpid(child, nullptr, WNOHANG);
+        }
         poll(nullptr, 0, 10);
     }
 }

@@ -4,6 +4,7 @@
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
@@ -82,21 +83,6 @@ bool FileLock::try_exclusive_for(std::chrono::milliseconds patience)
             std::clamp<std::chrono::milliseconds>(patience / 100, std::chrono::milliseconds(20), std::chrono::seconds(1)));
     }
     return true;
-}
-
-void Backoff::wait(const std::function<void()>& meanwhile)
-{
-    for (const auto end = std::chrono::steady_clock::now() + next(); std::chrono::steady_clock::now() < end;)
-    {
-        meanwhile();
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-}
-
-void FileLock::wait_shared()
-{
-    if (uninterrupted([&] { return flock(fd_.get(), LOCK_SH); }) != 0)
-        fail();
 }
 
 void FileLock::sign() const

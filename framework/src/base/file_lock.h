@@ -2,13 +2,10 @@
 
 #include "base/process.h"
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <sys/file.h>
-#include <utility>
 
 /// \file Locks between processes and machines that share a store: one makes a result, others wait and read who it is. Held by
 /// the worker, by runs, and by clean-ups.
@@ -28,10 +25,6 @@ class FileLock
     bool try_shared() { return try_lock(LOCK_SH); }
     /// Tries as long as that, once a second at least.
     bool try_exclusive_for(std::chrono::milliseconds patience);
-    /// Waits.
-    void wait_shared();
-    /// For a program that is to hold the lock too.
-    int descriptor() const { return fd_.get(); }
 
     /// Writes this process into the locked file, for people who wait. What cannot be written is left out.
     void sign() const;
@@ -45,18 +38,6 @@ class FileLock
 
     std::filesystem::path file_;
     FileDescriptor fd_;
-};
-
-/// How long to wait before trying a lock again: 50 ms at first, two seconds at last.
-class Backoff
-{
-  public:
-    std::chrono::milliseconds next() { return std::exchange(time_, std::min(2 * time_, std::chrono::milliseconds(2000))); }
-    /// Waits that long, and calls `meanwhile` every 50 ms, which may throw.
-    void wait(const std::function<void()>& meanwhile);
-
-  private:
-    std::chrono::milliseconds time_{50};
 };
 
 }  // namespace fresco::host

@@ -24,48 +24,16 @@ namespace
 
 constexpr double bytes_per_mb = 1024.0 * 1024.0;
 
-/// Mount point of a hierarchy of groups.
-struct Hierarchy
-{
-    fs::path group;  ///< The group that stands at the mount point: in a container, not the topmost.
-    fs::path mount_point;
-};
-
-/// "\040" stands for a blank.
-std::string unescaped(std::string text)
-{
-    for (std::size_t at = 0; (at = text.find('\\', at)) != std::string::npos; ++at)
-        text.replace(at, 4, 1, static_cast<char>(std::strtol(text.substr(at + 1, 3).c_str(), nullptr, 8)));
-    return text;
-}
-
 bool lists(const std::string& names, const std::string& name)
 {
     return ("," + names + ",").find("," + name + ",") != std::string::npos;
 }
 
-/// Hierarchy of a controller; that of version 2 if `controller` is empty.
-std::optional<Hierarchy> hierarchy(const fs::path& proc, const std::string& controller)
+/// Folders of the groups that the process is in, the topmost first: of a controller, or of version 2 if that is empty. In a
+/// container the topmost that can be seen is the container's own.
+std::vector<fs::path> folders(const fs::path& proc, const fs::path& root, const std::string& controller)
 {
-    std::ifstream mounts(proc / "mountinfo");
-    for (std::string line; std::getline(mounts, line);)
-    {
-        // "36 35 98:0 /group /mount/point rw,noatime shared:1 - cgroup cgroup rw,memory"
-        std::istringstream words(line);
-        std::string id, parent, device, group, point, word, kind, source, options;
-        words >> id >> parent >> device >> group >> point;
-        while (words >> word && word != "-")
-            continue;
-        words >> kind >> source >> options;
-        if (controller.empty() ? kind == "cgroup2" : kind == "cgroup" && lists(options, controller))
-            return Hierarchy{unescaped(group), unescaped(point)};
-    }
-    return std::nullopt;
-}
-
-/// The group of the process, as its hierarchy names it.
-std::optional<fs::path> group_of(const fs::path& proc, const std::string& controller)
-{
+    std::vector<fs::path> result{root / "sys/fs/cgroup" / controller};
     std::ifstream groups(proc / "cgroup");
     for (std::string line; std::getline(groups, line);)
     {
@@ -74,26 +42,10 @@ std::optional<fs::path> group_of(const fs::path& proc, const std::string& contro
         std::string number, names, group;
         if (std::getline(fields, number, ':') && std::getline(fields, names, ':') && std::getline(fields, group) &&
             (controller.empty() ? names.empty() : lists(names, controller)))
-            return group;
+            for (const fs::path& name : fs::path(group).relative_path())
+                if (name != "..")
+                    result.push_back(result.back() / name);
     }
-    return std::nullopt;
-}
-
-/// The folders of the group and of those above it, as far as they can be seen.
-std::vector<fs::path> folders(const fs::path& proc, const fs::path& root, const std::string& controller)
-{
-    const auto mounted = hierarchy(proc, controller);
-    const auto group = group_of(proc, controller);
-    if (!mounted || !group)
-        return {};
-    const fs::path top = root / mounted->mount_point.relative_path();
-    fs::path below = group->lexically_relative(mounted->group);
-    // A group outside what is mounted here is seen as the topmost.
-    if (below.empty() || *below.begin() == ".." || *below.begin() == ".")
-        below.clear();
-    std::vector<fs::path> result{top};
-    for (const fs::path& name : below)
-        result.push_back(result.back() / name);
     return result;
 }
 

@@ -23,8 +23,8 @@ struct ControlGroupLimits
 };
 
 /// The narrowest limits of the group that the process is in and of all groups above it, of the versions 1 and 2, as a scheduler
-/// sets them for a job. `proc`: of the process ("/proc/self": cgroup and mountinfo). `root` goes before the mount points. What
-/// cannot be read limits nothing.
+/// sets them for a job, where they lie as usual: below /sys/fs/cgroup. `proc`: of the process ("/proc/self"). `root` goes before
+/// /sys. What cannot be read limits nothing.
 ControlGroupLimits control_group_limits(const std::filesystem::path& proc = "/proc/self",
                                         const std::filesystem::path& root = "/");
 

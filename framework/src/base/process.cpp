@@ -11,7 +11,6 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <utility>
 
@@ -97,60 +96,16 @@ mode_t current_mask()
     return mask;
 }
 
-namespace
-{
-
-/// Whether `write` took all of the text, in as many calls as it needs.
-template <class Write>
-bool write_by(const Write& write, std::string_view text)
+bool write_all(int file, std::string_view text)
 {
     while (!text.empty())
     {
-        const ssize_t count = uninterrupted([&] { return write(text.data(), text.size()); });
+        const ssize_t count = uninterrupted([&] { return write(file, text.data(), text.size()); });
         if (count <= 0)
             return false;  // errno stays.
         text.remove_prefix(static_cast<std::size_t>(count));
     }
     return true;
-}
-
-}  // namespace
-
-bool write_all(int file, std::string_view text)
-{
-    return write_by([&](const char* bytes, std::size_t count) { return write(file, bytes, count); }, text);
-}
-
-bool send_all(int socket, std::string_view text)
-{
-    return write_by([&](const char* bytes, std::size_t count) { return send(socket, bytes, count, MSG_NOSIGNAL); }, text);
-}
-
-Orphans::Orphans() : adopts_(children_of(getpid()).empty())
-{
-    if (adopts_)
-        adopt_orphans();
-}
-
-void Orphans::end(const std::vector<pid_t>& own) const
-{
-    constexpr int patience = 200;  // times 5 ms; what the kernel itself holds up ends when it can
-    for (int tries = 0; adopts_ && tries < patience; ++tries)
-    {
-        bool left = false;
-        for (const pid_t child : children_of(getpid()))
-        {
-            if (std::ranges::find(own, child) != own.end())
-                continue;
-            left = true;
-            signal_descendants(child, SIGKILL);
-            kill(child, SIGKILL);
-            waitpid(child, nullptr, WNOHANG);
-        }
-        if (!left)
-            return;
-        poll(nullptr, 0, 5);
-    }
 }
 
 }  // namespace fresco::host

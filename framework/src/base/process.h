@@ -62,23 +62,7 @@ HeardEnd hear_out(const Child& child, std::chrono::milliseconds limit, const std
 /// The permissions that new files of this process lack (umask).
 mode_t current_mask();
 
-/// Writes everything to a file. False if that fails; errno says why.
+/// Writes everything to a file or a socket. False if that fails; errno says why: EPIPE if the other side of a socket is gone.
 bool write_all(int file, std::string_view text);
-
-/// Writes everything to a socket; never raises SIGPIPE. False if that fails; errno says why: EPIPE if the other side is gone.
-bool send_all(int socket, std::string_view text);
-
-/// Processes that crashed children of the host leave behind. The host adopts and ends them.
-class Orphans
-{
-  public:
-    /// Adopts from now on, unless the host was started with children of its own, whose orphans would look the same.
-    Orphans();
-    /// Kills the host's children that are not in `own`, with all that they started, and takes their ends.
-    void end(const std::vector<pid_t>& own) const;
-
-  private:
-    bool adopts_;
-};
 
 }  // namespace fresco::host

@@ -10,8 +10,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 namespace fresco::host
 {
@@ -22,15 +20,6 @@ constexpr std::string_view checksum_begin = ",\"checksum\":\"";
 constexpr std::string_view checksum_end = "\"}\n";
 constexpr std::size_t checksum_digits = 32;
 constexpr std::size_t size_limit = std::size_t{1} << 30U;
-
-/// Whether the next line would go on with one that was cut.
-bool ends_within_line(int fd)
-{
-    struct stat status = {};
-    char last = '\n';
-    return fstat(fd, &status) == 0 && status.st_size > 0 &&
-           uninterrupted([&] { return pread(fd, &last, 1, status.st_size - 1); }) == 1 && last != '\n';
-}
 
 /// A map as one line of JSON, with the checksum of its text as the last entry, "checksum".
 std::string checked_line(const Value& map)
@@ -88,11 +77,9 @@ void Journal::add(const Value& map) const
     if (!lock.try_exclusive_for(std::chrono::seconds(2)))
         throw Error(file_.string() + ": others have held its lock for two seconds");
     // Opened once it is locked: only then does a network file system know where it ends.
-    const FileDescriptor fd = open_file(file_, O_RDWR | O_APPEND);
-    std::string text = checked_line(map);
-    if (fd.valid() && ends_within_line(fd.get()))
-        text.insert(0, 1, '\n');
-    if (!fd.valid() || !write_all(fd.get(), text))
+    const FileDescriptor fd = open_file(file_, O_WRONLY | O_APPEND);
+    // A process that was killed may have left a part of a line.
+    if (!fd.valid() || !write_all(fd.get(), "\n" + checked_line(map)))
         throw Error(file_.string() + ": cannot be written: " + std::strerror(errno));
 }
 

@@ -32,53 +32,24 @@ struct NewArguments
     std::string folder;
 };
 
-void write_files(const fs::path& folder, const std::vector<TextFile>& files)
-{
-    for (const auto& file : files)
-    {
-        fs::create_directories((folder / file.path).parent_path());
-        write_durable_file(folder / file.path, file.text);
-    }
-}
-
-fs::path temporary_folder_in(const fs::path& parent)
-{
-    std::string name = (parent / ".fresco-new-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-        throw Error(parent.string() + ": cannot create a folder here: " + std::generic_category().message(errno));
-    return name;
-}
-
-/// Makes `folder`, or fills it where it is there and empty: with all files, or none.
+/// Makes `folder`, or fills it where it is there and empty. After an error it is empty.
 void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
 {
-    const bool there = fs::exists(fs::symlink_status(folder));
-    if (there && !(fs::is_directory(folder) && fs::is_empty(folder)))
+    if (fs::exists(fs::symlink_status(folder)) && !(fs::is_directory(folder) && fs::is_empty(folder)))
         throw UsageError("error: " + folder.string() + ": already exists; nothing was written: choose another name");
-    const fs::path path = (fs::absolute(folder) / "").lexically_normal().parent_path();
-    if (!there)
-        fs::create_directories(path.parent_path());
-    // Somebody may stand in a folder that is there, so it is not replaced.
-    const fs::path temporary = temporary_folder_in(there ? path : path.parent_path());
     try
     {
-        write_files(temporary, files);
-        // As mkdir would have given them; mkdtemp's are only for the owner. Some file systems have permissions of their own.
-        std::error_code refused;
-        fs::permissions(temporary, static_cast<fs::perms>(0777U & ~current_mask()), refused);
-        if (!there)
-            fs::rename(temporary, path);
-        else
+        for (const auto& file : files)
         {
-            for (const auto& entry : fs::directory_iterator(temporary))
-                fs::rename(entry.path(), path / entry.path().filename());
-            fs::remove(temporary);
+            fs::create_directories((folder / file.path).parent_path());
+            write_durable_file(folder / file.path, file.text);
         }
     }
     catch (...)
     {
         std::error_code ignored;
-        fs::remove_all(temporary, ignored);
+        for (const auto& entry : fs::directory_iterator(folder, ignored))
+            fs::remove_all(entry, ignored);
         throw;
     }
 }

@@ -216,10 +216,4 @@ int main(int argc, char** argv)
                           "\n    This is a bug in fresco; please report it with the command and the pipeline file.",
                       exit_bug);
     }
-    catch (...)
-    {
-        return failed(
-            "error: something other than an exception was thrown\n    This is a bug in fresco or in a plugin; please report it.",
-            exit_bug);
-    }
 }

@@ -35,17 +35,11 @@ std::vector<fs::path> searched_folders()
     return all;
 }
 
-bool is_program(const fs::path& file)
-{
-    std::error_code error;
-    return fs::is_regular_file(file, error) && access(file.c_str(), X_OK) == 0;
-}
-
 fs::path program_of(const std::string& command)
 {
     if (is_name(command) && !command.starts_with("internal-"))
         for (const fs::path& folder : searched_folders())
-            if (const fs::path file = folder / (std::string(prefix) + command); is_program(file))
+            if (const std::string file = find_program(folder / (std::string(prefix) + command)); !file.empty())
                 return file;
     return {};
 }
@@ -55,7 +49,7 @@ std::set<std::string> commands_in(const fs::path& folder)
     std::set<std::string> names;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator(); entry.increment(error))
-        if (const std::string name = entry->path().filename(); name.starts_with(prefix) && is_program(entry->path()))
+        if (const std::string name = entry->path().filename(); name.starts_with(prefix) && !find_program(entry->path()).empty())
             if (std::string command = name.substr(prefix.size()); is_name(command))
                 names.insert(std::move(command));
     return names;
@@ -66,7 +60,7 @@ std::vector<std::string> answer_of(const std::string& command, const std::vector
 {
     const fs::path file = own_program().parent_path() / (std::string(prefix) + command);
     std::vector<std::string> lines;
-    if (!is_program(file))
+    if (find_program(file).empty())
         return lines;
     ProcessStart start{.file = file, .arguments = {file.filename()}, .own_session = true};
     start.arguments.insert(start.arguments.end(), words.begin(), words.end());

@@ -1,8 +1,6 @@
 #include "pipeline/graph.h"
 
 #include <algorithm>
-#include <functional>
-#include <queue>
 #include <utility>
 
 namespace fresco::host
@@ -48,33 +46,24 @@ std::vector<std::size_t> StageGraph::ancestors(std::size_t node) const
 
 std::vector<std::vector<std::size_t>> StageGraph::cycles() const
 {
-    std::vector<bool> seen(size());
-    for (const std::size_t node : order())
-        seen[node] = true;
     std::vector<std::vector<std::size_t>> result;
+    if (order().size() == size())
+        return result;
+    std::vector<bool> told(size());
     for (std::size_t start = 0; start < size(); ++start)
     {
-        if (seen[start])
+        if (told[start])
             continue;
-        // The nearest node with an edge to `start` closes a shortest cycle.
         const std::vector<std::size_t> before = predecessors(needed_by_, start);
-        std::vector<std::size_t> shortest;
-        for (const std::size_t last : needs_[start])
-        {
-            if (before[last] == none)
-                continue;
-            std::vector<std::size_t> cycle{last};
-            while (cycle.back() != start)
-                cycle.push_back(before[cycle.back()]);
-            if (shortest.empty() || cycle.size() < shortest.size())
-                shortest = std::move(cycle);
-        }
-        if (shortest.empty())
+        const auto last = std::ranges::find_if(needs_[start], [&](std::size_t node) { return before[node] != none; });
+        if (last == needs_[start].end())
             continue;
         for (const std::size_t node : ancestors(start))
-            seen[node] = seen[node] || before[node] != none;
-        std::ranges::reverse(shortest);
-        result.push_back(std::move(shortest));
+            told[node] = told[node] || before[node] != none;
+        std::vector<std::size_t>& cycle = result.emplace_back(1, *last);
+        while (cycle.back() != start)
+            cycle.push_back(before[cycle.back()]);
+        std::ranges::reverse(cycle);
     }
     return result;
 }
@@ -85,21 +74,15 @@ std::vector<std::size_t> StageGraph::order(const std::vector<std::size_t>& early
     for (const std::size_t node : early)
         for (const std::size_t needed : ancestors(node))
             is_late[needed] = false;
-    using Place = std::pair<bool, std::size_t>;
     std::vector<std::size_t> missing(size());
-    std::priority_queue<Place, std::vector<Place>, std::greater<>> ready;
+    std::set<std::pair<bool, std::size_t>> ready;
     for (std::size_t node = 0; node < size(); ++node)
-    {
-        missing[node] = needs_[node].size();
-        if (missing[node] == 0)
+        if ((missing[node] = needs_[node].size()) == 0)
             ready.emplace(is_late[node], node);
-    }
     std::vector<std::size_t> result;
     while (!ready.empty())
     {
-        const std::size_t node = ready.top().second;
-        ready.pop();
-        result.push_back(node);
+        const std::size_t node = result.emplace_back(ready.extract(ready.begin()).value().second);
         for (const std::size_t next : needed_by_[node])
             if (--missing[next] == 0)
                 ready.emplace(is_late[next], next);

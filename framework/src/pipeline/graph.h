@@ -25,8 +25,8 @@ class StageGraph
     std::vector<std::size_t> needed_by(std::size_t node) const { return {needed_by_[node].begin(), needed_by_[node].end()}; }
     /// `node` and all that it needs, directly or not; ascending.
     std::vector<std::size_t> ancestors(std::size_t node) const;
-    /// One shortest cycle through the lowest node of every group of nodes that reach one another: each begins with that node and
-    /// goes along the edges. Empty: the graph has no cycle.
+    /// A cycle through the lowest node of every group of nodes that reach one another: each begins with that node and goes along
+    /// the edges. Empty: the graph has no cycle.
     std::vector<std::vector<std::size_t>> cycles() const;
     /// Every node after what it needs: first `early` ones with all that they need, then the others, both in ascending order where
     /// they can be. Without the nodes that are on a cycle or behind one.

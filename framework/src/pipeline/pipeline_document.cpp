@@ -1,7 +1,7 @@
 #include "pipeline/pipeline_document.h"
 #include "base/common.h"
-#include "base/file_contents.h"
 #include "base/process.h"
+#include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 
@@ -40,28 +40,21 @@ YamlNode section(const YamlNode& root, std::string_view key, const std::string& 
 }
 
 /// Returns nothing if the file cannot be read, which is reported.
-std::optional<std::string> text_on_disk(const fs::path& file, const std::string& shown, const Position& wanted_at,
-                                        ProblemList& problems)
+std::optional<std::string> text_on_disk(const fs::path& file, const Position& wanted_at, ProblemList& problems)
 {
-    std::error_code failure;
-    const fs::file_status status = fs::status(file, failure);
-    if (!fs::is_regular_file(status))
+    try
     {
-        const bool exists = fs::exists(status);
-        const std::string reason = unreachable_text(failure.value());
-        problems.add(wanted_at,
-                     exists           ? "'" + file.string() + "' is not a regular file"
-                     : reason.empty() ? "no such pipeline file '" + file.string() + "'"
-                                      : "'" + file.string() + "': " + reason,
-                     exists ? ProblemKind::invalid : ProblemKind::missing_input);
-        return std::nullopt;
+        return read_text_file(file, yaml_size_limit);
     }
-    if (const auto size = fs::file_size(file); size > yaml_size_limit)
+    catch (const MissingInput& error)
     {
-        problems.add({shown, 0, 0}, fmt::format("the file has {} bytes; a pipeline file has at most {}", size, yaml_size_limit));
-        return std::nullopt;
+        problems.add(wanted_at, error.what(), ProblemKind::missing_input);
     }
-    return read_text_file(file, yaml_size_limit);
+    catch (const Error& error)
+    {
+        problems.add(wanted_at, error.what());
+    }
+    return std::nullopt;
 }
 
 Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, const std::string& shown,
@@ -70,7 +63,7 @@ Layer read_layer(const fs::path& file, const std::vector<PipelineText>& texts, c
     problems.announce_file(shown);
     Layer layer;
     const auto given = std::ranges::find(texts, file, &PipelineText::file);
-    const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, shown, wanted_at, problems);
+    const std::optional<std::string> text = given != texts.end() ? given->text : text_on_disk(file, wanted_at, problems);
     PipelineDocument& content = layer.content;
     content.complete = text.has_value();
     content.texts.push_back({file, text.value_or("")});

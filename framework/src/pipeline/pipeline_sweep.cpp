@@ -60,16 +60,8 @@ std::set<std::string> reached_from(const std::set<std::string>& names, const Var
 /// A stage as all combinations have it that agree in the axes whose vars it names.
 struct CheckedStage
 {
-    std::size_t shape = 0;
+    StageDraft draft;     ///< With name, type, `input`, position and the wires from files.
     PipelineStage stage;  ///< Without name and place; its wires are those from files.
-};
-
-/// How stages of these shapes are wired.
-struct Structure
-{
-    std::vector<std::size_t> order;
-    std::vector<std::vector<Wire>> wires;  ///< Per stage; only from stages, by their names in the file.
-    std::vector<Problem> problems;
 };
 
 /// Stages that were checked together.
@@ -83,22 +75,10 @@ struct Batch
 struct CombinationDraft
 {
     Choices choices;
-    std::vector<std::size_t> stages;  ///< Per stage of the file, the number of its CheckedStage.
-    const Structure* structure = nullptr;
+    std::vector<std::size_t> stages{};  ///< Per stage of the file, the number of its CheckedStage.
+    std::vector<std::size_t> order{};
+    std::vector<std::vector<Wire>> wires{};  ///< Per stage; only from stages, by their names in the file.
 };
-
-/// `input` without what is said of files.
-std::string wired_text(const StageDraft& draft)
-{
-    const YamlNode::Entry* input = draft.config.find("input");
-    if (!input || (draft.type && is_file_input(input->value, *draft.type.declaration)))
-        return "";
-    YamlNode node = input->value;
-    if (draft.type)
-        std::erase_if(node.entries,
-                      [](const YamlNode::Entry& entry) { return entry.value.is_map() && entry.value.find("file"); });
-    return node.identity();
-}
 
 /// Stages that make parts for which others have rules: they run early, since only then is it known whether the rules fit.
 std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& stages)
@@ -115,7 +95,7 @@ std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& st
 /// Makes one pipeline of a matrix's combinations; without a matrix there is one, which has no values. A stage depends on the axes
 /// whose vars it names, directly or through other vars, and on those of the stages it reads; it is there once for each
 /// combination of their values, and is named and placed by these. It is checked once for each combination of the values that it
-/// names. Stages that differ between combinations only in options and files have one shape; those of one shape are wired once.
+/// names, and wired once for each combination.
 class SweepBuilder
 {
   public:
@@ -162,7 +142,8 @@ class SweepBuilder
 
     void add(const Choices& choices)
     {
-        CombinationDraft& cell = members_.emplace_back(CombinationDraft{choices, std::vector<std::size_t>(axes_.size())});
+        CombinationDraft& cell = members_.emplace_back(CombinationDraft{choices});
+        cell.stages.resize(axes_.size());
         for (auto& [axes, group] : groups_)
         {
             const auto [batch, fresh] = group.batches.try_emplace(chosen_of(AxisSet(axes), choices));
@@ -172,8 +153,7 @@ class SweepBuilder
             for (std::size_t i = 0; i < group.stages.size(); ++i)
                 cell.stages[group.stages[i]] = batch->second.first_stage + i;
         }
-        cell.structure = &structure_of(cell);
-        note(cell.structure->problems);
+        note(wire(cell));
         note(colliding_outputs(cell));
     }
 
@@ -236,7 +216,7 @@ class SweepBuilder
             Combination combination{label_of(all, member.choices, matrix_), {}, {}};
             for (std::size_t axis = 0; axis < matrix_.size(); ++axis)
                 combination.values.push_back(matrix_[axis].choices[member.choices[axis]].label);
-            for (const std::size_t stage : member.structure->order)
+            for (const std::size_t stage : member.order)
             {
                 const auto [place, fresh] =
                     places[stage].try_emplace(chosen_of(axes[stage], member.choices), pipeline.stages.size());
@@ -288,11 +268,11 @@ class SweepBuilder
     void add_stage(std::size_t stage, YamlNode config, OptionChecker& checker, ProblemList& problems)
     {
         const YamlNode::Entry& entry = document_.stages.entries[stage];
-        StageDraft draft;
+        CheckedStage& checked = stages_.emplace_back();
+        StageDraft& draft = checked.draft;
         draft.name = entry.key;
         draft.position = entry;
         draft.config = std::move(config);
-        CheckedStage& checked = stages_.emplace_back();
         if (draft.config.is_map())
         {
             // Missing keys of the stage are reported at its name.
@@ -319,49 +299,24 @@ class SweepBuilder
         std::ranges::sort(beginning.components, {}, &TypeDescription::type);
         beginning.wires = draft.wires;
         beginning.outputs = std::move(draft.uses.outputs);
-        checked.shape = shape_of(stage, std::move(draft));
+        draft.options = {};
+        draft.uses = {};
+        std::erase_if(draft.config.entries, [](const YamlNode::Entry& each) { return each.key != "input"; });
     }
 
-    std::size_t shape_of(std::size_t stage, StageDraft draft)
+    /// Wires the stages of a combination.
+    std::vector<Problem> wire(CombinationDraft& cell) const
     {
-        std::string identity = fmt::format("{} {} {} ", stage, fmt::ptr(draft.type.description), draft.files_failed);
-        for (const Wire& wire : draft.wires)
-            identity += wire.port + " ";
-        for (const StageDraft::PartUse& use : draft.part_uses)
-            identity += to_json(use.part) + " ";
-        const auto [known, fresh] = known_shapes_.try_emplace(identity + wired_text(draft), shapes_.size());
-        if (fresh)
-        {
-            draft.options = Value();
-            draft.uses = {};
-            std::erase_if(draft.config.entries, [](const YamlNode::Entry& entry) { return entry.key != "input"; });
-            shapes_.push_back(std::move(draft));
-        }
-        return known->second;
-    }
-
-    const Structure& structure_of(const CombinationDraft& cell)
-    {
-        std::vector<std::size_t> shapes;
-        for (const std::size_t stage : cell.stages)
-            shapes.push_back(stages_[stage].shape);
-        const auto [known, fresh] = structures_.try_emplace(shapes);
-        Structure& structure = known->second;
-        if (!fresh)
-            return structure;
-        std::vector<StageDraft> stages;
-        for (const std::size_t shape : shapes)
-            stages.push_back(shapes_[shape]);
+        std::vector<StageDraft> stages = each(cell.stages, [&](std::size_t stage) { return stages_[stage].draft; });
         ProblemList problems;
         wire_stages(stages, document_.dropped, problems);
-        structure.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
-        structure.problems = problems.sorted();
+        cell.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
         for (StageDraft& stage : stages)
         {
             std::erase_if(stage.wires, [](const Wire& wire) { return wire.from_stage.empty(); });
-            structure.wires.push_back(std::move(stage.wires));
+            cell.wires.push_back(std::move(stage.wires));
         }
-        return structure;
+        return problems.sorted();
     }
 
     std::vector<Problem> colliding_outputs(const CombinationDraft& cell) const
@@ -398,9 +353,9 @@ class SweepBuilder
         for (bool again = true; again;)
         {
             again = false;
-            for (const auto& [shapes, structure] : structures_)
-                for (const std::size_t stage : structure.order)
-                    for (const Wire& wire : structure.wires[stage])
+            for (const CombinationDraft& member : members_)
+                for (const std::size_t stage : member.order)
+                    for (const Wire& wire : member.wires[stage])
                     {
                         const AxisSet before = axes[stage];
                         axes[stage] |= axes[numbers_.at(wire.from_stage)];
@@ -416,12 +371,12 @@ class SweepBuilder
         PipelineStage stage = checked.stage;
         stage.name = name_of(number, member.choices, axes);
         stage.place = label_of(axes[number], member.choices, matrix_);
-        for (Wire wire : member.structure->wires[number])
+        for (Wire wire : member.wires[number])
         {
             wire.from_stage = name_of(numbers_.at(wire.from_stage), member.choices, axes);
             stage.wires.push_back(std::move(wire));
         }
-        const TypeDeclaration& type = *shapes_[checked.shape].type.declaration;
+        const TypeDeclaration& type = *checked.draft.type.declaration;
         const auto place = [&](const Wire& wire) { return type.input(wire.port) - type.inputs.data(); };
         std::ranges::sort(stage.wires, [&](const Wire& a, const Wire& b) { return place(a) < place(b); });
         return stage;
@@ -442,10 +397,7 @@ class SweepBuilder
     std::vector<AxisSet> axes_;              ///< Per stage, those that it names.
     std::map<unsigned long, Group> groups_;  ///< By the axes.
     std::vector<CheckedStage> stages_;
-    std::vector<StageDraft> shapes_;  ///< With name, type, `input` and position, and with the files of one of the stages.
-    std::map<std::string, std::size_t> known_shapes_;
-    std::map<std::vector<std::size_t>, Structure> structures_;  ///< By the shapes.
-    std::map<std::string, std::size_t> numbers_;                ///< Numbers of stages, by name.
+    std::map<std::string, std::size_t> numbers_;  ///< Numbers of stages, by name.
     std::vector<CombinationDraft> members_;
     std::vector<std::pair<Problem, std::vector<std::size_t>>> problems_;  ///< With the members that have it.
     std::map<std::string, std::size_t> known_problems_;

@@ -134,11 +134,7 @@ KnownType TypeTable::require(const std::string& type, std::string_view kind, con
     if (const UnbuiltPlugin* unbuilt = catalog_.find_unbuilt(type))
         return refuse("the plugin of '" + type + "' is not built" +
                       (unbuilt->reason.empty() ? "" : " (" + unbuilt->reason + ")") + ": run ./bootstrap build");
-    std::string folders;
-    for (const Refusal& refusal : catalog_.refusals())
-        if (refusal.is_folder)
-            folders += "; " + refusal.library.string() + ": " + refusal.reason;
-    return refuse("unknown type '" + type + "'" + suggestion(type, names_of_kind(kind)) + folders, ProblemKind::invalid);
+    return refuse("unknown type '" + type + "'" + suggestion(type, names_of_kind(kind)), ProblemKind::invalid);
 }
 
 std::vector<std::string> TypeTable::names_of_kind(std::string_view kind) const

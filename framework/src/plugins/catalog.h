@@ -54,12 +54,11 @@ struct ShadowedType
     std::filesystem::path by;
 };
 
-/// A plugin that cannot be used, or a folder of FRESCO_PLUGIN_PATH without plugins.
+/// A plugin that cannot be used.
 struct Refusal
 {
     std::filesystem::path library;
     std::string reason;  ///< Names what differs, with both values.
-    bool is_folder = false;
 };
 
 /// A plugin of fresco's own that the build left out.

@@ -149,7 +149,7 @@ void internal_open(const std::vector<std::string>& libraries)
             reason = error.what();
             std::ranges::replace(reason, '\n', ' ');
         }
-        send_all(child_channel, reason + "\n");
+        write_all(child_channel, reason + "\n");
     }
     // Static destructors of libraries have nothing to do here that is worth a crash.
     std::_Exit(0);

@@ -26,7 +26,7 @@ bool is_named_as_plugin(const fs::path& file)
 
 /// The files of all folders that look like plugins, each once, behind the place of its folder: all folders of FRESCO_PLUGIN_PATH
 /// are one.
-std::set<std::pair<std::size_t, fs::path>> candidates(Catalog& catalog)
+std::set<std::pair<std::size_t, fs::path>> candidates()
 {
     std::set<std::pair<std::size_t, fs::path>> files;
     std::set<fs::path> known;
@@ -35,21 +35,12 @@ std::set<std::pair<std::size_t, fs::path>> candidates(Catalog& catalog)
     {
         origins.insert(folder.origin);
         const std::size_t place = origins.size();
-        bool is_empty = true;
         std::error_code error, unresolved;
         for (fs::directory_iterator entry(folder.path, error); !error && entry != fs::directory_iterator();
              entry.increment(error))
             if (is_named_as_plugin(entry->path()))
-            {
-                is_empty = false;
                 if (const auto [file, fresh] = known.insert(fs::weakly_canonical(entry->path(), unresolved)); fresh)
                     files.emplace(place, *file);
-            }
-        if (folder.origin == named_by_user && (error || is_empty))
-            catalog.add(Refusal{folder.path,
-                                "FRESCO_PLUGIN_PATH names this folder" +
-                                    (error ? ": " + error.message() : ", which holds no plugin (NAME.so)"),
-                                true});
     }
     return files;
 }
@@ -99,9 +90,12 @@ std::vector<std::string> plugin_folder_warnings()
     {
         std::error_code error;
         const fs::directory_iterator entries(folder.path, error);
-        if (error && folder.origin == named_by_user)
-            warnings.push_back("FRESCO_PLUGIN_PATH: " + folder.path.string() + ": " + error.message());
-        else if (!error && (fs::status(folder.path, error).permissions() & fs::perms::others_write) != fs::perms::none)
+        const auto is_plugin = [](const fs::directory_entry& entry) { return is_named_as_plugin(entry.path()); };
+        const bool is_empty = !error && std::ranges::none_of(entries, is_plugin);
+        if (folder.origin == named_by_user && (error || is_empty))
+            warnings.push_back("FRESCO_PLUGIN_PATH: " + folder.path.string() + ": " +
+                               (error ? error.message() : "holds no plugin (NAME.so)"));
+        if (!error && (fs::status(folder.path, error).permissions() & fs::perms::others_write) != fs::perms::none)
             warnings.push_back(folder.path.string() +
                                ": every user may put plugins into this folder, and they run as you: chmod o-w " +
                                shell_word(folder.path.string()));
@@ -112,7 +106,7 @@ std::vector<std::string> plugin_folder_warnings()
 Catalog load_catalog()
 {
     Catalog catalog;
-    for (const auto& [place, file] : candidates(catalog))
+    for (const auto& [place, file] : candidates())
     {
         try
         {

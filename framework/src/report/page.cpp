@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <thread>
 
 namespace fresco::host
 {
@@ -58,7 +59,8 @@ std::string run_child(const Value& request, const Store& store)
 {
     // The lock keeps others from removing results.
     FileLock in_use = store_lock(store);
-    in_use.wait_shared();
+    while (!enter_store(store, in_use))
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
     const WorkFolder folder(store);
     const fs::path file = folder.path() / "request.json";
     write_file(file, to_json(request));

@@ -204,7 +204,7 @@ PageMedia make_previews(const Value& requests, const Store& store)
         page.most_pictures = std::max(page.most_pictures, page.names.size());
         for (const Value& reader : request.at("readers").as_list())
             std::ranges::copy(shown[reader.as_string()], std::back_inserter(page.names));
-        send_all(child_channel, title_of(request) + "\n");
+        write_all(child_channel, title_of(request) + "\n");
         try
         {
             const auto& viewer = component<Viewer>(factory, request.at("viewer"));

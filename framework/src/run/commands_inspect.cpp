@@ -210,7 +210,7 @@ int internal_origin(const std::filesystem::path& library, const std::string& typ
         answer.set("error", error.what());
         answer.set("missing", dynamic_cast<const MissingInput*>(&error) != nullptr);
     }
-    send_all(child_channel, to_json(answer) + "\n");
+    write_all(child_channel, to_json(answer) + "\n");
     return 0;
 }
 

@@ -133,16 +133,8 @@ std::vector<std::string> Exporter::obstacles(const PipelineStage& stage, const s
         for (const std::string& name : record.names_of(owner(stage)))
             names.insert(name);
     }
-    else
-        for (const auto& output : files_outputs(stage))
-        {
-            const fs::path folder = store_.object(object) / output;
-            // A list that cannot be read is repaired when it is copied.
-            const auto listed = attempt([&] { return Files::load({folder, store_.root()})->names; });
-            for (const std::string& name : listed.value_or(std::vector<std::string>{}))
-                if (!is_there(folder_of(stage) / name, folder / name))
-                    names.insert(normal(name));
-        }
+    else  // A list that cannot be read is repaired when it is copied.
+        names = attempt([&] { return missing(stage, object); }).value_or(names);
     std::vector<std::string> found;
     for (const std::string& name : names)
         if (std::string text = obstacle(stage, record, name); !text.empty())
@@ -250,17 +242,18 @@ std::size_t Exporter::remove_stale(const PipelineStage& stage, OutputRecord& rec
     return count;
 }
 
-std::size_t Exporter::missing(const PipelineStage& stage, const std::string& object) const
+std::set<std::string> Exporter::missing(const PipelineStage& stage, const std::string& object) const
 {
-    std::size_t count = 0;
+    std::set<std::string> names;
     for (const auto& output : files_outputs(stage))
     {
         const fs::path folder = store_.object(object) / output;
         const auto listed = Files::load({folder, store_.root()});
-        for (const auto& name : listed->names)
-            count += is_there(folder_of(stage) / name, folder / name) ? 0 : 1;
+        for (const std::string& name : listed->names)
+            if (!is_there(folder_of(stage) / name, folder / name))
+                names.insert(normal(name));
     }
-    return count;
+    return names;
 }
 
 bool Exporter::is_there(const fs::path& to, const fs::path& from) const

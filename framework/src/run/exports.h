@@ -72,8 +72,8 @@ class Exporter
     /// Returns the number of removed files.
     std::size_t copy(const PipelineStage& stage, const std::string& object, const std::function<bool()>& stop);
     const std::vector<File>& files() const { return files_; }
-    /// How many files of the stage's result `copy` would write.
-    std::size_t missing(const PipelineStage& stage, const std::string& object) const;
+    /// The files of the stage's result that `copy` would write. Throws Error if their list cannot be read.
+    std::set<std::string> missing(const PipelineStage& stage, const std::string& object) const;
 
   private:
     /// The files of one stage that are being copied.

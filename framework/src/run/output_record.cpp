@@ -2,6 +2,7 @@
 #include "base/common.h"
 #include "base/records.h"
 #include "base/text.h"
+#include "store/stage_record.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 
@@ -9,17 +10,6 @@
 
 namespace fresco::host
 {
-namespace
-{
-
-fs::path resolved(const fs::path& path)
-{
-    std::error_code error;
-    const fs::path whole = fs::weakly_canonical(path, error);
-    return error ? path : whole;
-}
-
-}  // namespace
 
 OutputRecord::OutputRecord(fs::path folder) : folder_(std::move(folder))
 {

@@ -59,7 +59,7 @@ std::size_t files_to_copy(const StageNode& node, const Exporter& exporter)
 {
     if (!node.exports_files || node.state != StageState::stored)
         return 0;
-    return attempt([&] { return exporter.missing(*node.stage, node.result->object); }).value_or(0);
+    return attempt([&] { return exporter.missing(*node.stage, node.result->object).size(); }).value_or(0);
 }
 
 }  // namespace

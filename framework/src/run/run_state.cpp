@@ -89,24 +89,9 @@ RunState::RunState(const Pipeline& pipeline, const Store& store, FileHashes& has
         nodes_[place].selected = wanted[place];
 }
 
-/// Goes on where the last look found one missing: a stage may read thousands, which come one by one.
-bool RunState::results_are_known(StageNode& node) const
-{
-    std::size_t& known = node.known_producers;
-    for (const bool all : {false, true})
-    {
-        known = all ? 0 : known;
-        while (known < node.producers.size() && nodes_[node.producers[known]].result)
-            ++known;
-        if (known < node.producers.size())
-            return false;
-    }
-    return true;
-}
-
 void RunState::resolve(StageNode& node)
 {
-    if (!results_are_known(node))
+    if (std::ranges::any_of(node.producers, [&](std::size_t producer) { return !nodes_[producer].result; }))
     {
         node.resolved = false;
         node.result.reset();

@@ -53,7 +53,6 @@ struct StageNode
     std::string key;
     Value key_document;
     std::map<std::string, std::string> upstream;  ///< Results that the key was made with.
-    std::size_t known_producers = 0;              ///< Producers whose results were known last time.
     double done_share = 0;                        ///< Share of its work in the checkpoint of an interrupted run.
     std::string begins_again;                     ///< Why it cannot go on with that checkpoint; empty: it can.
     std::optional<StoredResult> result;
@@ -111,7 +110,6 @@ class RunState
     std::string wrong_rules(const StageNode& node) const;
     void set_state(StageNode& node);
     void show(std::size_t place);
-    bool results_are_known(StageNode& node) const;
     void resolve(StageNode& node);
 
     const Store& store_;

@@ -48,57 +48,58 @@ std::filesystem::path preview_folder(const std::filesystem::path& out, const Pip
     return out / stage.place / "progress" / stage.own_name;
 }
 
-WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store, const fs::path& out,
-                                  int threads, FileHashes& hashes)
+Value make_worker_request(const StageNode& node, const RunState& state, const Store& store, const fs::path& out, int threads,
+                          FileHashes& hashes)
 {
     const PipelineStage& stage = *node.stage;
-    WorkerRequest request;
-    request.store = store.root();
-    request.out = out;
-    request.preview_folder = preview_folder(out, stage);
-    request.stage = stage.name;
-    request.type = stage.type->type;
-    request.options = *stage.options;
-    request.key = node.key;
-    request.key_document = node.key_document;
-    request.threads = threads;
-    request.on_gpu = works_on_gpu(stage);
-    for (const auto& wire : stage.wires)
+    Value::List inputs;
+    for (const Wire& wire : stage.wires)
     {
-        WorkerInput input{wire.port, "", "", wire.from_port, {}, wire.file, wire.reader};
-        if (!wire.from_stage.empty())
-        {
-            input.from = wire.from_stage + "." + wire.from_port;
-            for (const std::size_t place : node.producers)
-                if (const StageNode& producer = state.nodes()[place]; producer.stage->name == wire.from_stage)
-                {
-                    input.object = producer.result->object;
-                    input.references = producer.result->references;
-                }
-        }
-        request.inputs.push_back(std::move(input));
+        StoredResult made;
+        for (const std::size_t place : node.producers)
+            if (const StageNode& producer = state.nodes()[place]; producer.stage->name == wire.from_stage)
+                made = *producer.result;
+        inputs.push_back(Value::Map{{"port", wire.port},
+                                    {"from", wire.from_stage + "." + wire.from_port},
+                                    {"object", made.object},
+                                    {"output", wire.from_port},
+                                    {"references", Value::List(made.references.begin(), made.references.end())},
+                                    {"file", wire.file.string()},
+                                    {"reader", wire.reader}});
     }
-    request.libraries[stage.type->type] = stage.type->library;
+    Value libraries = Value::Map{{stage.type->type, stage.type->library.string()}};
     for (const TypeDescription* component : stage.components)
-        request.libraries[component->type] = component->library;
-    for (const auto& file : stage.input_files)
-        request.files.push_back(hashes.dependency(file));
-    return request;
+        libraries.set(component->type, component->library.string());
+    const auto dependency = [&](const fs::path& file) { return to_value(hashes.dependency(file)); };
+    return Value::Map{{"store", store.root().string()},
+                      {"out", out.string()},
+                      {"preview_folder", preview_folder(out, stage).string()},
+                      {"stage", stage.name},
+                      {"type", stage.type->type},
+                      {"options", *stage.options},
+                      {"key", node.key},
+                      {"key_document", node.key_document},
+                      {"inputs", std::move(inputs)},
+                      {"libraries", std::move(libraries)},
+                      {"files", each<Value>(stage.input_files, dependency)},
+                      {"threads", threads},
+                      {"on_gpu", works_on_gpu(stage)}};
 }
 
-RunningStage::RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
+RunningStage::RunningStage(StageNode& node, const Value& request, const Store& store, const StageLimits& limits,
                            ProgressDisplay& display)
-    : node_(&node), store_(&store), limits_(limits), display_(&display), threads_(request.threads),
-      request_folder_(store.make_temporary()), resumes_(is_folder(store.checkpoint(request.key))),
-      log_(store.log_file(request.key))
+    : node_(&node), store_(&store), limits_(limits), display_(&display),
+      threads_(static_cast<int>(request.at("threads").as_int())), request_folder_(store.make_temporary()),
+      resumes_(is_folder(store.checkpoint(node.key))), log_(store.log_file(node.key))
 {
-    for (const WorkerInput& input : request.inputs)
+    for (const Value& input : request.at("inputs").as_list())
     {
-        inputs_.insert(input.object);
-        inputs_.insert(input.references.begin(), input.references.end());
+        inputs_.insert(input.at("object").as_string());
+        for (const Value& reference : input.at("references").as_list())
+            inputs_.insert(reference.as_string());
     }
     const fs::path file = request_folder_ / "request.json";
-    write_file(file, to_json(to_value(request)));
+    write_file(file, to_json(request));
     child_ = start_child({"internal-run", file.string()}, library_environment(threads_), limits_.memory_mb);
 }
 

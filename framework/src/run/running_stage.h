@@ -21,9 +21,9 @@
 namespace fresco::host
 {
 
-/// The request for a stage whose producers' results are all there.
-WorkerRequest make_worker_request(const StageNode& node, const RunState& state, const Store& store,
-                                  const std::filesystem::path& out, int threads, FileHashes& hashes);
+/// A WorkerRequest for a stage whose producers' results are all there, as JSON.
+Value make_worker_request(const StageNode& node, const RunState& state, const Store& store, const std::filesystem::path& out,
+                          int threads, FileHashes& hashes);
 
 /// The folder of a stage's previews while it runs.
 std::filesystem::path preview_folder(const std::filesystem::path& out, const PipelineStage& stage);
@@ -44,8 +44,7 @@ class RunningStage
 {
   public:
     /// Starts the process. Throws Error if that fails.
-    RunningStage(StageNode& node, const WorkerRequest& request, const Store& store, const StageLimits& limits,
-                 ProgressDisplay& display);
+    RunningStage(StageNode& node, const Value& request, const Store& store, const StageLimits& limits, ProgressDisplay& display);
     ~RunningStage();
     RunningStage(const RunningStage&) = delete;
     RunningStage& operator=(const RunningStage&) = delete;

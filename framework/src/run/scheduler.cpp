@@ -104,6 +104,8 @@ class Scheduler
           turns_(request.pipeline->sweep, request.jobs, request.keep_going), expected_(store_),
           exporter_(store_, *request.pipeline, request.out, hashes_, request.replace)
     {
+        if (adopts_)
+            adopt_orphans();
     }
 
     RunSummary run()
@@ -136,19 +138,16 @@ class Scheduler
     /// Waits until nobody tidies up the store; false if told to stop before.
     bool enter_store()
     {
-        const auto begin = Clock::now();
-        Backoff backoff;
-        for (bool told = false; !host::enter_store(store_, in_use_);)
+        for (int tries = 0; !host::enter_store(store_, in_use_); ++tries)
         {
-            if (!told && Clock::now() - begin > std::chrono::milliseconds(300))
+            if (tries == 1)
             {
                 const std::string who = FileLock::holder_of(store_.lock_file("store"));
                 display_.note("waiting for 'fresco store gc'" + (who.empty() ? "" : " (" + who + ")") +
                               ", which is cleaning up " + store_.root().string());
-                told = true;
             }
             pollfd signals{signals_.descriptor(), POLLIN, 0};
-            poll(&signals, 1, static_cast<int>(backoff.next().count()));
+            poll(&signals, 1, 300);
             display_.tick();
             take_stops();
             if (stopping())
@@ -230,7 +229,7 @@ class Scheduler
     {
         try
         {
-            const WorkerRequest request = make_worker_request(node, state_, store_, request_.out, threads, hashes_);
+            const Value request = make_worker_request(node, state_, store_, request_.out, threads, hashes_);
             const auto limits = request_.limits.find(node.stage->name);
             running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
                                   display_);
@@ -363,7 +362,9 @@ class Scheduler
         {
             node.took.seconds = running.elapsed();
             fail(node, running.failure_text(request_.pipeline->file), running.failure_code());
-            orphans_.end(each(running_, &RunningStage::process));
+            // A process that crashed left them behind.
+            if (adopts_)
+                end_descendants(each(running_, &RunningStage::process));
         }
         state_.update(node);
     }
@@ -539,7 +540,7 @@ class Scheduler
     Expectations expected_;
     Exporter exporter_;
     StopSignals signals_;
-    Orphans orphans_;
+    const bool adopts_ = children_of(getpid()).empty();  ///< Others' orphans would look like those of stages.
     std::list<RunningStage> running_;
     std::set<const StageNode*> ended_;
     std::vector<std::optional<StageState>> shown_;

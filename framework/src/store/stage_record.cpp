@@ -16,13 +16,6 @@ namespace fresco::host
 namespace
 {
 
-std::string text_of(const fs::path& pipeline)
-{
-    std::error_code error;
-    const fs::path whole = fs::weakly_canonical(pipeline, error);
-    return error ? pipeline.string() : whole.string();
-}
-
 fs::path folder_of(const Store& store, const std::string& pipeline)
 {
     return store.root() / "stages" / content_hash(pipeline);
@@ -63,6 +56,13 @@ bool is_gone(const fs::path& file)
 
 }  // namespace
 
+fs::path resolved(const fs::path& path)
+{
+    std::error_code error;
+    const fs::path whole = fs::weakly_canonical(path, error);
+    return error ? path : whole;
+}
+
 std::optional<StageRecord> read_stage_record(const Store& store, const fs::path& pipeline, const std::string& stage)
 {
     return attempt([&] { return read_record_of(pipeline_folder(store, pipeline) / (stage + ".json")); });
@@ -70,7 +70,7 @@ std::optional<StageRecord> read_stage_record(const Store& store, const fs::path&
 
 fs::path pipeline_folder(const Store& store, const fs::path& pipeline)
 {
-    return folder_of(store, text_of(pipeline));
+    return folder_of(store, resolved(pipeline).string());
 }
 
 void write_stage_record(const Store& store, const fs::path& pipeline, const StageRecord& record)
@@ -78,7 +78,7 @@ void write_stage_record(const Store& store, const fs::path& pipeline, const Stag
     if (const auto old = read_stage_record(store, pipeline, record.stage);
         old && old->key == record.key && old->object == record.object)
         return set_time_to_now(pipeline_folder(store, pipeline) / (record.stage + ".json"));
-    const std::string text = text_of(pipeline);
+    const std::string text = resolved(pipeline).string();
     const fs::path folder = folder_of(store, text);
     make_folder(folder);
     write_record(folder / (record.stage + ".json"), Value::Map{{"pipeline", text},

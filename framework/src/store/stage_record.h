@@ -23,6 +23,8 @@ struct StageRecord
     std::string pipeline{};  ///< As written: the path of its file.
 };
 
+/// The path without links; the same path if that cannot be known.
+std::filesystem::path resolved(const std::filesystem::path& path);
 /// Folder of the records of a pipeline file's stages.
 std::filesystem::path pipeline_folder(const Store& store, const std::filesystem::path& pipeline);
 /// Record of the pipeline file's stage.

@@ -12,7 +12,6 @@
 #include <ctime>
 #include <optional>
 #include <set>
-#include <thread>
 
 namespace fresco::host
 {
@@ -184,23 +183,18 @@ std::vector<Damage> verify_store(const Store& store, int threads)
 
 bool discard_damaged(const Store& store, const std::string& object, int threads)
 {
-    constexpr int patience = 500;  // times 20 ms
     FileLock lock;
     if (const auto key = key_of_object(store, object))
     {
         lock = FileLock(store.lock_file(*key));
-        for (int tries = 0; !lock.try_exclusive(); ++tries)
+        if (!lock.try_exclusive_for(std::chrono::seconds(10)))
         {
             if (!store.present(object))
                 return true;
-            if (tries == patience)
-            {
-                const std::string holder = FileLock::holder_of(store.lock_file(*key));
-                throw Error(store.object(object).string() + ": is damaged, and another run" +
-                            (holder.empty() ? "" : " (" + holder + ")") +
-                            " is at work on the same result; run again when that one has ended");
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            const std::string holder = FileLock::holder_of(store.lock_file(*key));
+            throw Error(store.object(object).string() + ": is damaged, and another run" +
+                        (holder.empty() ? "" : " (" + holder + ")") +
+                        " is at work on the same result; run again when that one has ended");
         }
     }
     if (store.present(object) && !store.verify(object, threads))

@@ -21,6 +21,7 @@
 #include <memory>
 #include <set>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 #include <utility>
 
@@ -213,7 +214,7 @@ class StageRun
         start_ = std::chrono::steady_clock::now();
         verify_inputs();
         factory_.open_all();
-        std::unique_ptr<Configurable> object = factory_.make(request_.type, "stage");
+        std::unique_ptr<Configurable> object = factory_.make(request_.type);
         // fresco-describe has seen that it is one, as for readers.
         auto& stage = dynamic_cast<Stage&>(*object);
         stage.configure(request_.options, factory_);
@@ -240,7 +241,6 @@ class StageRun
     {
         const fs::path file = store_.lock_file(request_.key);
         key_lock_ = FileLock(file);
-        Backoff backoff;
         for (std::string told = "-"; !key_lock_.try_exclusive();)
         {
             // Another may get it before this one.
@@ -249,7 +249,8 @@ class StageRun
                 channel_.send("waiting", {{"holder", holder}});
                 told = std::move(holder);
             }
-            backoff.wait([this] { context_.check_canceled(); });
+            context_.check_canceled();
+            std::this_thread::sleep_for(std::chrono::milliseconds(200));
         }
         key_lock_.sign();
         store_.look_again();

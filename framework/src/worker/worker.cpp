@@ -29,17 +29,6 @@ fs::path temporary_folder()
     return folder == nullptr ? fs::path() : fs::path(folder);
 }
 
-Value to_value(const WorkerInput& input)
-{
-    return Value::Map{{"port", input.port},
-                      {"from", input.from},
-                      {"object", input.object},
-                      {"output", input.output},
-                      {"file", input.file.string()},
-                      {"reader", input.reader},
-                      {"references", Value::List(input.references.begin(), input.references.end())}};
-}
-
 WorkerInput input_from(const Value& value)
 {
     return {.port = value.at("port").as_string(),
@@ -49,6 +38,26 @@ WorkerInput input_from(const Value& value)
             .references = each(value.at("references").as_list(), &Value::as_string),
             .file = value.at("file").as_string(),
             .reader = value.at("reader")};
+}
+
+WorkerRequest request_from(const Value& value)
+{
+    std::map<std::string, fs::path> libraries;
+    for (const auto& [type, library] : value.at("libraries").as_map())
+        libraries[type] = library.as_string();
+    return {.store = value.at("store").as_string(),
+            .out = value.at("out").as_string(),
+            .preview_folder = value.at("preview_folder").as_string(),
+            .stage = value.at("stage").as_string(),
+            .type = value.at("type").as_string(),
+            .options = value.at("options"),
+            .key = value.at("key").as_string(),
+            .key_document = value.at("key_document"),
+            .inputs = each(value.at("inputs").as_list(), input_from),
+            .libraries = std::move(libraries),
+            .files = each(value.at("files").as_list(), dependency_from),
+            .threads = static_cast<int>(value.at("threads").as_int()),
+            .on_gpu = value.at("on_gpu").as_bool()};
 }
 
 std::string with_advice(std::string text)
@@ -71,7 +80,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     };
     try
     {
-        WorkerRequest request = worker_request_from(parse_json(read_text_file(request_file), request_file.string()));
+        WorkerRequest request = request_from(parse_json(read_text_file(request_file), request_file.string()));
         set_fault_stage(request.stage);
         run_stage(std::move(request), request_file.parent_path().filename().string(), channel);
         return 0;
@@ -146,47 +155,6 @@ void remove_scratch_folders(const std::string& prefix)
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
         if (entry.path().filename().string().starts_with(name_begins + prefix + "."))
             remove_quietly(entry.path());
-}
-
-Value to_value(const WorkerRequest& request)
-{
-    const auto values = [](const auto& list) { return each<Value>(list, [](const auto& entry) { return to_value(entry); }); };
-    Value::Map libraries;
-    for (const auto& [type, library] : request.libraries)
-        libraries.emplace_back(type, library.string());
-    return Value::Map{{"store", request.store.string()},
-                      {"out", request.out.string()},
-                      {"preview_folder", request.preview_folder.string()},
-                      {"stage", request.stage},
-                      {"type", request.type},
-                      {"options", request.options},
-                      {"key", request.key},
-                      {"key_document", request.key_document},
-                      {"inputs", values(request.inputs)},
-                      {"libraries", std::move(libraries)},
-                      {"files", values(request.files)},
-                      {"threads", request.threads},
-                      {"on_gpu", request.on_gpu}};
-}
-
-WorkerRequest worker_request_from(const Value& value)
-{
-    std::map<std::string, fs::path> libraries;
-    for (const auto& [type, library] : value.at("libraries").as_map())
-        libraries[type] = library.as_string();
-    return {.store = value.at("store").as_string(),
-            .out = value.at("out").as_string(),
-            .preview_folder = value.at("preview_folder").as_string(),
-            .stage = value.at("stage").as_string(),
-            .type = value.at("type").as_string(),
-            .options = value.at("options"),
-            .key = value.at("key").as_string(),
-            .key_document = value.at("key_document"),
-            .inputs = each(value.at("inputs").as_list(), input_from),
-            .libraries = std::move(libraries),
-            .files = each(value.at("files").as_list(), dependency_from),
-            .threads = static_cast<int>(value.at("threads").as_int()),
-            .on_gpu = value.at("on_gpu").as_bool()};
 }
 
 void internal_run(const fs::path& request_file)

@@ -41,7 +41,7 @@ inline constexpr const char* another_out = "choose another folder with --out";
 /// In a folder of pictures of a running stage: fresco made it, and may replace what is in it.
 inline constexpr const char* progress_mark = ".fresco-progress";
 
-/// All that a process of its own needs to run one stage.
+/// All that a process of its own needs to run one stage. The host writes it as JSON.
 struct WorkerRequest
 {
     std::filesystem::path store;
@@ -58,9 +58,6 @@ struct WorkerRequest
     int threads = 1;
     bool on_gpu = false;
 };
-
-Value to_value(const WorkerRequest& request);
-WorkerRequest worker_request_from(const Value& value);
 
 /// The child: `fresco internal-run REQUEST.json`. Takes the key's lock, looks whether the result is there by now, checks the
 /// inputs against their hashes, runs the stage and publishes its result. Speaks JSON lines to the channel:

@@ -37,7 +37,7 @@ void ask_to_stop(int number, siginfo_t* info, void*)
 {
     if (number == SIGINT && info->si_code <= 0 && info->si_pid == getpid())
     {
-        send_all(child_channel, own_interrupt_event);
+        write_all(child_channel, own_interrupt_event);
         _exit(worker_failed);
     }
     stop = true;
@@ -114,7 +114,7 @@ void WorkerChannel::send(std::string_view event, Value::Map entries)
     entries.insert(entries.begin(), Value::Entry{"event", event});
     const std::string line = to_json(Value(std::move(entries))) + "\n";
     const std::lock_guard lock(mutex_);
-    if (!send_all(child_channel, line))
+    if (!write_all(child_channel, line))
         stop = true;
 }
 

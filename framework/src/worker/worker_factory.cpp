@@ -10,20 +10,6 @@ namespace fresco::host
 namespace
 {
 
-/// Sorts keys, so that configurations that differ only in their order are equal.
-Value sorted(const Value& value)
-{
-    if (value.is_list())
-        return each<Value>(value.as_list(), sorted);
-    if (!value.is_map())
-        return value;
-    Value::Map map = value.as_map();
-    for (auto& [key, entry] : map)
-        entry = sorted(entry);
-    std::ranges::sort(map, {}, &Value::Entry::first);
-    return map;
-}
-
 /// Result of `work` with a plugin's file. An Error becomes a PluginFailure that names the file.
 template <class Work>
 auto named(const std::filesystem::path& library, const Work& work)
@@ -40,20 +26,12 @@ auto named(const std::filesystem::path& library, const Work& work)
 
 }  // namespace
 
-std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type, std::string_view kind)
+std::unique_ptr<Configurable> WorkerFactory::make(const std::string& type)
 {
     const auto library = libraries_.find(type);
     if (library == libraries_.end() || identities_.find(type) == nullptr)
         throw PluginFailure("no plugin is known for the type " + type);
-    return named(library->second,
-                 [&]
-                 {
-                     const PluginLibrary& plugin = open(type, library->second);
-                     for (const auto& entry : plugin.entries())
-                         if (entry.type == type && entry.kind != kind)
-                             throw Error("a " + std::string(kind) + " is needed, " + type + " is a " + entry.kind);
-                     return plugin.make(type);
-                 });
+    return named(library->second, [&] { return open(type, library->second).make(type); });
 }
 
 void WorkerFactory::open_all()
@@ -75,11 +53,11 @@ const PluginLibrary& WorkerFactory::open(const std::string& type, const std::fil
 
 std::shared_ptr<Component> WorkerFactory::create(std::string_view kind, const Value& config)
 {
-    const std::string identity = std::string(kind) + " " + to_json(sorted(config));
+    const std::string identity = std::string(kind) + " " + to_json(config);
     if (const auto known = made_.find(identity); known != made_.end())
         return known->second;
     const std::string& type = config.at("type").as_string();
-    const auto shared = std::dynamic_pointer_cast<Component>(std::shared_ptr<Configurable>(make(type, kind)));
+    const auto shared = std::dynamic_pointer_cast<Component>(std::shared_ptr<Configurable>(make(type)));
     if (shared == nullptr)
         throw PluginFailure("plugin " + libraries_.at(type).string() + ": " + type + " is not a component");
     Value::Map options = config.as_map();

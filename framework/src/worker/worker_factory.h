@@ -34,7 +34,7 @@ class WorkerFactory final : public ComponentFactory
 
     std::shared_ptr<Component> create(std::string_view kind, const Value& config) override;
     /// An object that is not configured yet. Throws PluginFailure naming the file.
-    std::unique_ptr<Configurable> make(const std::string& type, std::string_view kind);
+    std::unique_ptr<Configurable> make(const std::string& type);
     /// Opens every library, and with it the artifact types that it has. Throws PluginFailure naming the file.
     void open_all();
     /// Versions of the libraries behind all plugins opened so far.

@@ -37,9 +37,7 @@ Limits limits_of(const Files& files)
 
 TEST_CASE("the narrowest of a job's control groups counts, whichever of its ancestors that is", "[machine]")
 {
-    CHECK(limits_of({{"proc/mountinfo", "22 1 0:20 / /proc rw - proc proc rw\n"
-                                        "30 22 0:26 / /sys/fs/cgroup rw,nosuid shared:4 - cgroup2 cgroup2 rw"},
-                     {"proc/cgroup", "0::/slurm/job_7/step_0"},
+    CHECK(limits_of({{"proc/cgroup", "0::/slurm/job_7/step_0"},
                      {"sys/fs/cgroup/slurm/memory.max", "max"},
                      {"sys/fs/cgroup/slurm/cpu.max", "max 100000"},
                      {"sys/fs/cgroup/slurm/job_7/memory.max", "2147483648"},
@@ -51,34 +49,26 @@ TEST_CASE("the narrowest of a job's control groups counts, whichever of its ance
 
 TEST_CASE("control groups of version 1 have a hierarchy for each controller", "[machine]")
 {
-    CHECK(limits_of({{"proc/mountinfo", "31 22 0:27 / /sys/fs/cgroup/cpu,cpuacct rw shared:5 - cgroup cgroup rw,cpu,cpuacct\n"
-                                        "32 22 0:28 / /sys/fs/cgroup/mem\\040ory rw shared:6 - cgroup cgroup rw,memory\n"
-                                        "33 22 0:29 / /sys/fs/cgroup/unified rw - cgroup2 cgroup2 rw"},
-                     {"proc/cgroup", "4:memory:/job\n3:cpuacct,cpu:/job/step\n0::/"},
-                     {"sys/fs/cgroup/mem ory/memory.limit_in_bytes", "9223372036854771712"},
-                     {"sys/fs/cgroup/mem ory/job/memory.limit_in_bytes", "1073741824"},
-                     {"sys/fs/cgroup/mem ory/job/memory.usage_in_bytes", "2147483648"},
-                     {"sys/fs/cgroup/cpu,cpuacct/job/cpu.cfs_quota_us", "400000"},
-                     {"sys/fs/cgroup/cpu,cpuacct/job/cpu.cfs_period_us", "100000"},
-                     {"sys/fs/cgroup/cpu,cpuacct/job/step/cpu.cfs_quota_us", "-1"}}) == Limits{1024, 0, 4});
+    CHECK(limits_of({{"proc/cgroup", "4:memory:/job\n3:cpuacct,cpu:/job/step\n0::/"},
+                     {"sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712"},
+                     {"sys/fs/cgroup/memory/job/memory.limit_in_bytes", "1073741824"},
+                     {"sys/fs/cgroup/memory/job/memory.usage_in_bytes", "2147483648"},
+                     {"sys/fs/cgroup/cpu/job/cpu.cfs_quota_us", "400000"},
+                     {"sys/fs/cgroup/cpu/job/cpu.cfs_period_us", "100000"},
+                     {"sys/fs/cgroup/cpu/job/step/cpu.cfs_quota_us", "-1"}}) == Limits{1024, 0, 4});
 }
 
-TEST_CASE("in a container the group at the mount point is the topmost that can be seen", "[machine]")
+TEST_CASE("in a container the topmost group that can be seen is the container's own", "[machine]")
 {
-    for (const auto& [group, memory_mb] :
-         {std::pair("0::/docker/abc", 1024.0), {"0::/docker/abc/inner", 512.0}, {"0::/elsewhere", 1024.0}})
-        CHECK(limits_of({{"proc/mountinfo", "30 22 0:26 /docker/abc /sys/fs/cgroup rw - cgroup2 cgroup rw"},
-                         {"proc/cgroup", group},
-                         {"sys/fs/cgroup/memory.max", "1073741824"},
-                         {"sys/fs/cgroup/inner/memory.max", "536870912"}}) == Limits{memory_mb, memory_mb, infinity});
+    for (const char* group : {"0::/", "0::/docker/abc", "0::/../elsewhere"})
+        CHECK(limits_of({{"proc/cgroup", group}, {"sys/fs/cgroup/memory.max", "1073741824"}}) == Limits{1024, 1024, infinity});
 }
 
 TEST_CASE("nothing that can be read limits nothing", "[machine]")
 {
-    CHECK(limits_of({{"proc/mountinfo", "nonsense\n30 22 0:26 / /sys/fs/cgroup rw - cgroup2 cgroup2 rw"},
-                     {"proc/cgroup", "nonsense\n0::/a"},
-                     {"sys/fs/cgroup/a/memory.max", "much"},
-                     {"sys/fs/cgroup/a/cpu.max", "10"}}) == Limits{infinity, infinity, infinity});
+    CHECK(limits_of(
+              {{"proc/cgroup", "nonsense\n0::/a"}, {"sys/fs/cgroup/a/memory.max", "much"}, {"sys/fs/cgroup/a/cpu.max", "10"}}) ==
+          Limits{infinity, infinity, infinity});
     CHECK(available_cores() >= 1);
     CHECK(machine_memory_mb() >= available_memory_mb());
 }

@@ -19,7 +19,7 @@ TEST_CASE("The order keeps the file's where it can", "[graph]")
     CHECK(graph.order({4}) == Nodes{3, 0, 2, 4, 1});
 }
 
-TEST_CASE("Every group of nodes on a cycle is named by a shortest one", "[graph]")
+TEST_CASE("Every group of nodes on a cycle is named by one", "[graph]")
 {
     StageGraph graph(8);
     for (const auto& [from, to] : {std::pair{0, 1}, {1, 2}, {2, 3}, {3, 1}, {2, 1}, {5, 5}, {6, 7}, {0, 6}})

@@ -160,7 +160,7 @@ TEST_CASE("Bad plugins are refused by name, good ones beside them work")
           "foreign.json: that one describes the build 00ff, the library is the build ",
           "odd.json: types: ", "its SDK ABI number is \"99\"",
           "alone.so: needs libfresco_side.so, which is neither beside it nor in ", "folder.so: is not a shared library",
-          "fifo.so: is not a shared library", "/text.so: is not a shared library", "nowhere", "test.source"})
+          "fifo.so: is not a shared library", "/text.so: is not a shared library", "test.source"})
         CHECK_THAT(listed, Contains(text));
     CHECK(listed.find("libtext.so") == std::string::npos);
     place.make();
@@ -317,25 +317,20 @@ TEST_CASE("A plugin that was not built is named with the reason, until it is the
     CHECK(contains(errors("loss.gram"), "is not a shared library"));
 }
 
-TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is named where a type is unknown, and by doctor")
+TEST_CASE("A folder of FRESCO_PLUGIN_PATH without plugins is warned of, where a type is unknown and by doctor")
 {
     RoomPlace place("\n  room: {type: paint.walls}\n", {"good", "misbehaving"});
-    place.write("near.yaml", "version: 1\nstages:\n  room: {type: test.sorce}\n");
     const std::string usual = place.environment["FRESCO_PLUGIN_PATH"];
     const std::string nowhere = place.root() / "nowhere";
     const std::string empty = place.root() / "empty";
     fs::create_directory(empty);
     for (const auto& [folder, reason] :
-         {std::pair(nowhere, "FRESCO_PLUGIN_PATH names this folder: No such file or directory"),
-          std::pair(empty, "FRESCO_PLUGIN_PATH names this folder, which holds no plugin (NAME.so)")})
+         {std::pair(nowhere, "No such file or directory"), std::pair(empty, "holds no plugin (NAME.so)")})
     {
         place.environment["FRESCO_PLUGIN_PATH"] = usual + ":" + folder;
-        const Finished checked = place.run({"check", "room.yaml"}, 2);
-        CHECK_THAT(checked.err, Contains("unknown type 'paint.walls'") && Contains("; " + folder + ": " + reason + "\n"));
-        CHECK((checked.err.find("warning: FRESCO_PLUGIN_PATH: " + nowhere) != std::string::npos) == (folder == nowhere));
-        CHECK(contains(place.run({"doctor"}, 4).out, "refused: " + folder + ": " + reason));
-        // It may be a typing error, too.
-        CHECK(contains(place.run({"check", "near.yaml"}).err, "'test.sorce' (did you mean 'test.source'?); " + folder));
+        const std::string warning = "warning: FRESCO_PLUGIN_PATH: " + folder + ": " + reason + "\n";
+        CHECK_THAT(place.run({"check", "room.yaml"}, 2).err, Contains(warning) && Contains("unknown type 'paint.walls'"));
+        CHECK_THAT(place.run({"doctor"}).err, Contains(warning));
     }
 }
 

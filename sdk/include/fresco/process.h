@@ -53,7 +53,6 @@ struct ProcessEnd
     int exit_code = -1;  ///< -1 if a signal ended it.
     int signal = 0;
     double peak_memory_mb = 0;
-    double cpu_seconds = 0;
 };
 /// Takes the end of `pid` if it has ended; does not wait.
 bool take_end(pid_t pid, ProcessEnd& end);
@@ -85,12 +84,11 @@ class LineBuffer
 
 /// The children of a process.
 std::vector<pid_t> children_of(pid_t pid);
-/// The children of a process and their descendants: all that it ever started, if it adopts orphans.
-std::vector<pid_t> descendants_of(pid_t pid);
 void signal_descendants(pid_t pid, int number);
 /// From now on whatever descends from this process stays below it, also when its parent ends.
 void adopt_orphans();
-/// Kills all that descends from this process and takes their ends: for one that adopts orphans, and waits for no child any more.
-void end_descendants();
+/// Kills all that descends from this process, but for the children `spared` and what they started, and takes their ends: for one
+/// that adopts orphans.
+void end_descendants(const std::vector<pid_t>& spared = {});
 
 }  // namespace fresco

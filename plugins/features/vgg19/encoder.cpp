@@ -6,6 +6,7 @@
 #include <ATen/core/grad_mode.h>
 #include <ATen/ops/empty.h>
 #include <ATen/ops/empty_strided.h>
+#include <ATen/ops/max_pool2d.h>
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <algorithm>
@@ -45,36 +46,28 @@ Border border_of(fresco::weights::Vgg19Padding padding)
     return padding == fresco::weights::Vgg19Padding::zero ? Border::zero : Border::reflect;
 }
 
-/// Pixels, their neighbors too.
-fresco::Raster8 grown(const fresco::Raster8& mask)
+/// The largest value of each square of pixels.
+fresco::Raster8 largest(const fresco::Raster8& mask, std::int64_t side, std::int64_t stride, std::int64_t border)
 {
-    const auto either = [](std::uint8_t a, std::uint8_t b) { return static_cast<std::uint8_t>(a | b); };
-    fresco::Raster8 across = mask;
-    for (int y = 0; y < mask.height; ++y)
-        for (int x = 0; x + 1 < mask.width; ++x)
-        {
-            across.at(x, y) = either(across.at(x, y), mask.at(x + 1, y));
-            across.at(x + 1, y) = either(across.at(x + 1, y), mask.at(x, y));
-        }
-    fresco::Raster8 result = across;
-    const auto row = static_cast<std::size_t>(mask.width);
-    for (std::size_t i = row; i < across.values.size(); ++i)
-    {
-        result.values[i] = either(result.values[i], across.values[i - row]);
-        result.values[i - row] = either(result.values[i - row], across.values[i]);
-    }
+    const auto floats = at::empty({1, mask.height, mask.width}, at::kFloat);
+    std::ranges::copy(mask.values, floats.data_ptr<float>());
+    const auto pooled = at::max_pool2d(floats, side, stride, border).contiguous();
+    fresco::Raster8 result(static_cast<int>(pooled.size(2)), static_cast<int>(pooled.size(1)));
+    std::transform(pooled.data_ptr<float>(), pooled.data_ptr<float>() + pooled.numel(), result.values.begin(),
+                   [](float v) { return static_cast<std::uint8_t>(v); });
     return result;
 }
 
-/// Cells of 2 x 2 pixels with one that is set.
+/// The pixels of a mask and those beside them.
+fresco::Raster8 grown(const fresco::Raster8& mask)
+{
+    return largest(mask, 3, 1, 1);
+}
+
+/// Pixels of 2 x 2, one of which is in the mask.
 fresco::Raster8 halved(const fresco::Raster8& mask)
 {
-    fresco::Raster8 result(mask.width / 2, mask.height / 2);
-    for (int y = 0; y < result.height; ++y)
-        for (int x = 0; x < result.width; ++x)
-            result.at(x, y) = static_cast<std::uint8_t>(mask.at(2 * x, 2 * y) | mask.at(2 * x + 1, 2 * y) |
-                                                        mask.at(2 * x, 2 * y + 1) | mask.at(2 * x + 1, 2 * y + 1));
-    return result;
+    return largest(mask, 2, 2, 0);
 }
 
 /// Sets what is set in `other`, whose pixels are `times` x `times` of the mask's.

@@ -5,6 +5,7 @@
 #include <fresco/camera.h>
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/images/filters.h>
 
 #include <algorithm>
 #include <cmath>
@@ -35,19 +36,6 @@ std::string base64(std::span<const std::byte> bytes)
             text += k <= count ? digits[bits >> (18 - 6 * k) & 63U] : '=';
     }
     return text;
-}
-
-Raster8 without_alpha(const Raster8& pixels)
-{
-    Raster8 opaque(pixels.width, pixels.height, 3);
-    for (std::size_t i = 0; i < opaque.values.size() / 3; ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-        {
-            const int alpha = pixels.values[4 * i + 3];
-            opaque.values[3 * i + c] =
-                static_cast<std::uint8_t>((pixels.values[4 * i + c] * alpha + 255 * (255 - alpha) + 127) / 255);
-        }
-    return opaque;
 }
 
 std::string megabytes(std::uintmax_t bytes)
@@ -92,7 +80,7 @@ void add_video(PageEntry& entry, const std::string& name, const std::filesystem:
 Raster8 small_copy(const Raster8& pixels, int longest_px)
 {
     if (pixels.channels == 4)
-        return small_copy(without_alpha(pixels), longest_px);
+        return small_copy(on_gray(pixels, 255), longest_px);
     const double scale = static_cast<double>(longest_px) / std::max(pixels.width, pixels.height);
     const auto side = [&](int px) { return std::max(1, static_cast<int>(std::lround(px * scale))); };
     return scale < 1 ? resized(pixels, side(pixels.width), side(pixels.height)) : pixels;

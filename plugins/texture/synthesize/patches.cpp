@@ -1,7 +1,9 @@
 #include "patches.h"
 
 #include <fresco/error.h>
+#include <fresco/geometry/flatten.h>
 #include <fresco/parallel.h>
+#include <fresco/texturing/face_frame.h>
 
 #include <fmt/format.h>
 
@@ -29,19 +31,6 @@ namespace
 constexpr std::size_t faces_per_piece = 2048;
 constexpr std::size_t pieces_drawn_together = 64;
 
-/// Barycentric coordinates of `p`; clamped to the triangle where it lies outside by rounding.
-std::array<double, 3> weights_at(const std::array<Vec2d, 3>& c, Vec2d p)
-{
-    const double area = cross(c[1] - c[0], c[2] - c[0]);
-    std::array<double, 3> w{cross(c[1] - p, c[2] - p) / area, cross(c[2] - p, c[0] - p) / area, cross(c[0] - p, c[1] - p) / area};
-    double sum = 0;
-    for (double& v : w)
-        sum += v = std::max(v, 0.0);
-    for (double& v : w)
-        v /= sum;
-    return w;
-}
-
 bool inside(const std::array<Vec2d, 3>& c, double area, Vec2d p)
 {
     const double sign = area < 0 ? -1 : 1;
@@ -49,14 +38,6 @@ bool inside(const std::array<Vec2d, 3>& c, double area, Vec2d p)
         if (sign * cross(c[(i + 1) % 3] - c[i], p - c[i]) < 0)
             return false;
     return true;
-}
-
-Vec3f point_in(const Mesh& mesh, std::uint32_t face, const std::array<double, 3>& weights)
-{
-    Vec3d point;
-    for (std::size_t i = 0; i < 3; ++i)
-        point += vec_cast<double>(mesh.positions[mesh.triangles[face][i]]) * weights[i];
-    return vec_cast<float>(point);
 }
 
 }  // namespace
@@ -121,15 +102,11 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
 void SurfaceGrid::lay_out(const PaintedSurface& surface)
 {
     const std::uint32_t charts = surface.charts.count;
-    constexpr double huge = 1e30;
-    std::vector<Vec2d> low(charts, {huge, huge});
-    std::vector<Vec2d> high(charts, {-huge, -huge});
+    std::vector<geometry::FlatBox> boxes(charts);
     for (std::size_t corner = 0; corner < surface.mesh.texcoords.size(); ++corner)
     {
-        const std::uint32_t chart = surface.charts.of_face[corner / 3];
         const Vec2f uv = surface.mesh.texcoords[corner];
-        low[chart] = {std::min(low[chart].x, double{uv.x}), std::min(low[chart].y, double{uv.y})};
-        high[chart] = {std::max(high[chart].x, double{uv.x}), std::max(high[chart].y, double{uv.y})};
+        boxes[surface.charts.of_face[corner / 3]].add({double{uv.x}, double{uv.y}});
     }
     sheets_.resize(charts);
     std::size_t cells = 0;
@@ -138,10 +115,10 @@ void SurfaceGrid::lay_out(const PaintedSurface& surface)
         if (!(surface.uv_per_m[c] > 0))
             continue;
         Sheet& sheet = sheets_[c];
-        sheet.uv_low = low[c];
+        sheet.uv_low = boxes[c].low;
         sheet.cells_per_uv = 1 / (surface.uv_per_m[c] * spacing_m_);
-        const double width = std::ceil((high[c].x - low[c].x) * sheet.cells_per_uv) + 2;
-        const double height = std::ceil((high[c].y - low[c].y) * sheet.cells_per_uv) + 2;
+        const double width = std::ceil(boxes[c].size().x * sheet.cells_per_uv) + 2;
+        const double height = std::ceil(boxes[c].size().y * sheet.cells_per_uv) + 2;
         if (static_cast<double>(cells) + width * height >= 4e9)
             throw Error(
                 fmt::format("the surface has more than four billion texels of {:.3g} mm: use a larger stroke_cm, or check "
@@ -177,8 +154,8 @@ void SurfaceGrid::draw_face(const PaintedSurface& surface, std::uint32_t face, s
     for (int y = sheet.row(y0); y <= sheet.row(y1); ++y)
         for (int x = sheet.column(x0); x <= sheet.column(x1); ++x)
             if (const Vec2d center{x + 0.5, y + 0.5}; inside(c, area, center))
-                out.push_back(
-                    {point_in(surface.mesh, face, weights_at(c, center)), face, static_cast<std::uint32_t>(sheet.cell(x, y))});
+                out.push_back({texturing::point_in(surface.mesh, face, texturing::weights_at(c, center)), face,
+                               static_cast<std::uint32_t>(sheet.cell(x, y))});
 }
 
 void SurfaceGrid::adopt(const PaintedSurface& surface, std::uint32_t chart, std::uint32_t largest_face)
@@ -190,7 +167,7 @@ void SurfaceGrid::adopt(const PaintedSurface& surface, std::uint32_t chart, std:
         at = at + place(chart, surface.mesh.texcoords[3 * std::size_t{largest_face} + i]) * middle[i];
     const auto cell = static_cast<std::uint32_t>(sheet.cell(sheet.column(at.x), sheet.row(at.y)));
     texel_of_cell_[cell] = static_cast<std::uint32_t>(texels_.size());
-    texels_.push_back({point_in(surface.mesh, largest_face, middle), largest_face, cell});
+    texels_.push_back({texturing::point_in(surface.mesh, largest_face, middle), largest_face, cell});
 }
 
 /// Cells outside of the chart take the texel of the nearest one inside, ring by ring.
@@ -333,12 +310,11 @@ class Patches::Walker
         std::array<Vec2d, 3> c;
         for (std::size_t i = 0; i < 3; ++i)
             c[i] = grid_.place(chart, surface_.mesh.texcoords[3 * std::size_t{face} + i]);
-        Vec2d low{std::min({c[0].x, c[1].x, c[2].x}), std::min({c[0].y, c[1].y, c[2].y})};
-        Vec2d high{std::max({c[0].x, c[1].x, c[2].x}), std::max({c[0].y, c[1].y, c[2].y})};
-        clip(corners, c, low, high);
+        geometry::FlatBox box(c);
+        clip(corners, c, box.low, box.high);
         const SurfaceGrid::Sheet& sheet = grid_.sheet(chart);
-        for (int y = sheet.row(low.y); y <= sheet.row(high.y); ++y)
-            for (int x = sheet.column(low.x); x <= sheet.column(high.x); ++x)
+        for (int y = sheet.row(box.low.y); y <= sheet.row(box.high.y); ++y)
+            for (int x = sheet.column(box.low.x); x <= sheet.column(box.high.x); ++x)
             {
                 const std::size_t at = sheet.cell(x, y);
                 const std::uint32_t texel = grid_.texel_at(at);
@@ -363,20 +339,17 @@ class Patches::Walker
             return;
         const Vec2d ca = cells[1] - cells[0];
         const Vec2d cb = cells[2] - cells[0];
-        Vec2d box_low{1e30, 1e30};
-        Vec2d box_high{-1e30, -1e30};
+        geometry::FlatBox reached;
         for (const double x : {-0.5, 0.5})
             for (const double y : {-0.5, 0.5})
             {
                 const Vec2d p{x * side - corners[0].x, y * side - corners[0].y};
                 const double wa = cross(p, b) / area;
                 const double wb = cross(a, p) / area;
-                const Vec2d at = cells[0] + ca * wa + cb * wb;
-                box_low = {std::min(box_low.x, at.x), std::min(box_low.y, at.y)};
-                box_high = {std::max(box_high.x, at.x), std::max(box_high.y, at.y)};
+                reached.add(cells[0] + ca * wa + cb * wb);
             }
-        low = {std::max(low.x, box_low.x), std::max(low.y, box_low.y)};
-        high = {std::min(high.x, box_high.x), std::min(high.y, box_high.y)};
+        low = {std::max(low.x, reached.low.x), std::max(low.y, reached.low.y)};
+        high = {std::min(high.x, reached.high.x), std::min(high.y, reached.high.y)};
     }
 
     void visit_points(std::uint32_t face, const std::array<Vec2f, 3>& c, const Bounds& box, Point* points)

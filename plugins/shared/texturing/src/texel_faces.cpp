@@ -433,28 +433,13 @@ TexelFaces find_texel_faces(const Mesh& mesh, const Charts& charts, int size, co
 std::array<double, 3> texel_weights(const Mesh& mesh, const TexelFaces& faces, std::size_t texel)
 {
     const auto size = static_cast<std::size_t>(faces.size);
-    const Corners c = texel_corners(mesh, faces.face[texel], faces.size);
     const Vec2d center{static_cast<double>(texel % size) + 0.5, static_cast<double>(texel / size) + 0.5};
-    const double area = cross(c[1] - c[0], c[2] - c[0]);
-    std::array<double, 3> weights{1, 1, 1};
-    if (area != 0)
-        weights = {cross(c[1] - center, c[2] - center) / area, cross(c[2] - center, c[0] - center) / area,
-                   cross(c[0] - center, c[1] - center) / area};
-    double sum = 0;
-    for (double& w : weights)
-        sum += w = std::max(w, 0.0);
-    for (double& w : weights)
-        w /= sum;
-    return weights;
+    return weights_at(texel_corners(mesh, faces.face[texel], faces.size), center);
 }
 
 Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texel)
 {
-    const auto weights = texel_weights(mesh, faces, texel);
-    Vec3d point;
-    for (std::size_t i = 0; i < 3; ++i)
-        point += vec_cast<double>(mesh.positions[mesh.triangles[faces.face[texel]][i]]) * weights[i];
-    return vec_cast<float>(point);
+    return point_in(mesh, faces.face[texel], texel_weights(mesh, faces, texel));
 }
 
 namespace

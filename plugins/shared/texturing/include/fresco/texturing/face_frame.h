@@ -3,6 +3,7 @@
 #include <fresco/math.h>
 #include <fresco/mesh.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -41,5 +42,28 @@ struct FaceFrame
     /// Twice the area in space times the normal.
     Vec3d normal() const { return cross(points[1] - points[0], points[2] - points[0]); }
 };
+
+/// Barycentric coordinates of `p`: at least 0, clamped to the triangle where it lies outside, and 1 in all.
+inline std::array<double, 3> weights_at(const std::array<Vec2d, 3>& c, Vec2d p)
+{
+    const double area = cross(c[1] - c[0], c[2] - c[0]);
+    std::array<double, 3> weights{1, 1, 1};
+    if (area != 0)
+        weights = {cross(c[1] - p, c[2] - p) / area, cross(c[2] - p, c[0] - p) / area, cross(c[0] - p, c[1] - p) / area};
+    double sum = 0;
+    for (double& w : weights)
+        sum += w = std::max(w, 0.0);
+    for (double& w : weights)
+        w /= sum;
+    return weights;
+}
+
+inline Vec3f point_in(const Mesh& mesh, std::uint32_t face, const std::array<double, 3>& weights)
+{
+    Vec3d point;
+    for (std::size_t i = 0; i < 3; ++i)
+        point += vec_cast<double>(mesh.positions[mesh.triangles[face][i]]) * weights[i];
+    return vec_cast<float>(point);
+}
 
 }  // namespace fresco::texturing

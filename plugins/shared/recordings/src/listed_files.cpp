@@ -6,7 +6,7 @@
 #include <array>
 #include <cctype>
 #include <fmt/format.h>
-#include <functional>
+#include <map>
 #include <set>
 
 namespace fresco::recordings
@@ -37,88 +37,132 @@ std::string with_slashes(std::string name)
 /// The files that a rule finds for a name; several paths to one file count once.
 using Found = std::set<fs::path>;
 
-Found by_slashes(const ListedFile& file, RunContext& run)
+/// Finds files and says what it looks for.
+class Search
 {
-    const auto path = file.folder / with_slashes(file.name);
-    looks_for(path, run);
-    return is_file(path) ? Found{path} : Found{};
-}
+  public:
+    Search(const fs::path& recording, const LooksFor& looks_for) : recording_(recording), looks_for_(looks_for) {}
 
-Found by_ending(const ListedFile& file, RunContext& run)
-{
-    constexpr std::array endings{".png", ".jpg", ".jpeg", ".webp", ".heic", ".avif"};
-    fs::path name = file.folder / with_slashes(file.name);
-    if (std::ranges::find(endings, name.extension()) != endings.end())
-        name.replace_extension();
-    const bool is_named_without = !fs::path(with_slashes(file.name)).has_extension();
-    Found found;
-    for (const char* ending : endings)
+    Found by_slashes(const ListedFile& file)
     {
-        const fs::path candidate = name.string() + ending;
-        looks_for(candidate, run);
-        if (is_file(candidate))
-            found.insert(candidate);
-        // Synthetic scenes name PNG pictures without their ending.
-        if (is_named_without && !found.empty() && candidate.extension() == ".png")
-            return found;
+        const auto path = file.folder / with_slashes(file.name);
+        looks_for_(path);
+        return is_file(path) ? Found{path} : Found{};
     }
-    return found;
-}
 
-Found by_case(const ListedFile& file, RunContext& run)
-{
-    std::vector<fs::path> places{file.folder};
-    for (const auto& part : fs::path(with_slashes(file.name)))
+    Found by_ending(const ListedFile& file)
     {
-        std::vector<fs::path> next;
-        for (const auto& place : places)
-        {
-            if (part == "." || part == ".." || part == "/")
-            {
-                next.push_back(place / part);
-                continue;
-            }
-            looks_for(place / "*", run);
-            std::error_code missing;
-            for (const auto& entry : fs::directory_iterator(place, missing))
-                if (lower(entry.path().filename().string()) == lower(part.string()))
-                    next.push_back(entry.path());
-        }
-        places = std::move(next);
-    }
-    Found found;
-    std::ranges::copy_if(places, std::inserter(found, found.end()), is_file);
-    return found;
-}
-
-Found by_last_parts(const ListedFile& file, const fs::path& recording, RunContext& run)
-{
-    const fs::path name = with_slashes(file.name);
-    for (auto first = name.begin(); first != name.end(); ++first)
-    {
-        fs::path rest;
-        for (auto part = first; part != name.end(); ++part)
-            rest /= *part;
-        if (rest.is_absolute())
-            continue;
+        constexpr std::array endings{".png", ".jpg", ".jpeg", ".webp", ".heic", ".avif"};
+        if (!file.any_ending)
+            return {};
+        fs::path name = file.folder / with_slashes(file.name);
+        if (std::ranges::find(endings, name.extension()) != endings.end())
+            name.replace_extension();
+        const bool is_named_without = !fs::path(with_slashes(file.name)).has_extension();
         Found found;
-        for (const auto& folder : {recording, file.folder})
+        for (const char* ending : endings)
         {
-            looks_for(folder / rest, run);
-            std::error_code ignored;
-            const auto is_same = [&](const fs::path& other) { return fs::equivalent(other, folder / rest, ignored); };
-            if (is_file(folder / rest) && std::ranges::none_of(found, is_same))
-                found.insert(folder / rest);
+            const fs::path candidate = name.string() + ending;
+            looks_for_(candidate);
+            if (is_file(candidate))
+                found.insert(candidate);
+            // Synthetic scenes name PNG pictures without their ending.
+            if (is_named_without && !found.empty() && candidate.extension() == ".png")
+                return found;
         }
-        if (!found.empty())
-            return found;
+        return found;
     }
-    return {};
-}
+
+    Found by_case(const ListedFile& file) { return in_any_case(file.folder, with_slashes(file.name)); }
+
+    Found by_last_parts(const ListedFile& file)
+    {
+        const fs::path name = with_slashes(file.name);
+        for (auto first = name.begin(); first != name.end(); ++first)
+        {
+            fs::path rest;
+            for (auto part = first; part != name.end(); ++part)
+                rest /= *part;
+            if (rest.is_absolute())
+                continue;
+            Found found;
+            const auto add = [&](const fs::path& candidate)
+            {
+                std::error_code ignored;
+                const auto is_same = [&](const fs::path& other) { return fs::equivalent(other, candidate, ignored); };
+                if (is_file(candidate) && std::ranges::none_of(found, is_same))
+                    found.insert(candidate);
+            };
+            const std::array folders{recording_, file.folder};
+            for (const auto& folder : folders)
+            {
+                looks_for_(folder / rest);
+                add(folder / rest);
+            }
+            for (const auto& folder : folders)
+                if (found.empty())
+                    std::ranges::for_each(in_any_case(folder, rest), add);
+            if (!found.empty())
+                return found;
+        }
+        return {};
+    }
+
+  private:
+    const std::multimap<std::string, fs::path>& listing(const fs::path& folder)
+    {
+        const auto [found, is_new] = listed_.try_emplace(folder);
+        std::error_code missing;
+        if (is_new)
+            for (const auto& entry : fs::directory_iterator(folder, missing))
+                found->second.emplace(lower(entry.path().filename().string()), entry.path());
+        return found->second;
+    }
+
+    /// The files at `name` below the folder, in any case.
+    Found in_any_case(const fs::path& folder, const fs::path& name)
+    {
+        std::vector<fs::path> places{folder};
+        for (const auto& part : name)
+        {
+            std::string names = part.string();
+            std::ranges::replace_if(
+                names, [](unsigned char c) { return std::isalpha(c) != 0; }, '?');
+            std::vector<fs::path> next;
+            for (const auto& place : places)
+            {
+                if (part == "." || part == ".." || part == "/")
+                {
+                    next.push_back(place / part);
+                    continue;
+                }
+                looks_for_(place / names);
+                const auto [first, last] = listing(place).equal_range(lower(part.string()));
+                for (auto entry = first; entry != last; ++entry)
+                    next.push_back(entry->second);
+            }
+            places = std::move(next);
+        }
+        Found found;
+        std::ranges::copy_if(places, std::inserter(found, found.end()), is_file);
+        return found;
+    }
+
+    const fs::path& recording_;
+    const LooksFor& looks_for_;
+    std::map<fs::path, std::multimap<std::string, fs::path>> listed_;  ///< Files of a folder by their names in lower case.
+};
 
 }  // namespace
 
 void find_listed_files(const std::vector<ListedFile>& files, const fs::path& recording, RunContext& run)
+{
+    const std::string found = find_listed_files(files, recording, [&](const fs::path& pattern) { looks_for(pattern, run); });
+    if (!found.empty())
+        run.message(found);
+}
+
+std::string find_listed_files(const std::vector<ListedFile>& files, const fs::path& recording, const LooksFor& looks_for)
 {
     std::vector<const ListedFile*> missing;
     for (const auto& file : files)
@@ -128,23 +172,21 @@ void find_listed_files(const std::vector<ListedFile>& files, const fs::path& rec
             missing.push_back(&file);
     }
     if (missing.empty())
-        return;
-    using Rule = std::function<Found(const ListedFile&)>;
-    const auto with_run = [&](Found (*find)(const ListedFile&, RunContext&)) -> Rule
-    { return [&run, find](const ListedFile& file) { return find(file, run); }; };
-    const std::array<std::pair<const char*, Rule>, 4> rules{
-        {{"with / for \\", with_run(by_slashes)},
-         {"with another ending", with_run(by_ending)},
-         {"with another case", with_run(by_case)},
-         {"by the last parts of their paths", [&](const ListedFile& file) { return by_last_parts(file, recording, run); }}}};
+        return "";
+    Search search(recording, looks_for);
+    using Rule = Found (Search::*)(const ListedFile&);
+    const std::array<std::pair<const char*, Rule>, 4> rules{{{"with / for \\", &Search::by_slashes},
+                                                             {"with another ending", &Search::by_ending},
+                                                             {"with another case", &Search::by_case},
+                                                             {"by the last parts of their paths", &Search::by_last_parts}}};
     for (const auto* file : missing)
-        looks_for(*file->to, run);
+        looks_for(*file->to);
     for (const auto& [words, rule] : rules)
     {
         std::size_t count = 0;
         for (const auto* file : missing)
         {
-            const Found found = rule(*file);
+            const Found found = (search.*rule)(*file);
             if (found.size() > 1)
                 throw Error(fmt::format(
                     "{} is not there, and two files could be meant, {} and {}: remove one, or correct the name",
@@ -158,13 +200,13 @@ void find_listed_files(const std::vector<ListedFile>& files, const fs::path& rec
             *file->to = *found.begin();
             ++count;
         }
+        if (count > 0 && files.size() == 1)
+            return fmt::format("\"{}\" was found {}: {}", files[0].name, words, files[0].to->string());
         if (count > 0)
-        {
-            run.message(fmt::format("{} of {} files were not where the recording names them; {} were found {}, such as {}",
-                                    missing.size(), files.size(), count, words, missing.front()->to->string()));
-            return;
-        }
+            return fmt::format("{} of {} files were not where the recording names them; {} were found {}, such as {}",
+                               missing.size(), files.size(), count, words, missing.front()->to->string());
     }
+    return "";
 }
 
 bool is_system_file(const fs::path& file)

@@ -3,11 +3,12 @@
 #include <fresco/run_context.h>
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
-/// \file Files that a recording lists under names that are not quite theirs: written on Windows or another machine, by a program
-/// that ran elsewhere, or converted since.
+/// \file Files that a recording or model lists under names that are not quite theirs: written on Windows or another machine, by a
+/// program that ran elsewhere, or converted since.
 
 namespace fresco::recordings
 {
@@ -18,12 +19,19 @@ struct ListedFile
     std::filesystem::path folder;         ///< Folder that the name is relative to.
     std::string name;                     ///< As listed, with '/' or '\'.
     std::filesystem::path* to = nullptr;  ///< Place for the path; not owned.
+    bool any_ending = true;               ///< A picture may have another ending.
 };
+
+/// Gets each path, its last part perhaps with '?', whose presence decides what is found.
+using LooksFor = std::function<void(const std::filesystem::path& pattern)>;
 
 /// Sets the paths of all files: folder/name where that is there. Where it is not, the first of these rules that finds a file
 /// holds for all that are missing: '/' for '\'; another ending of pictures; another case; the last parts of the path below
-/// `recording` or the folder. Then a message says how many were found so. What no rule finds has the path folder/name. Throws
-/// Error if a rule finds two files for a name.
+/// `recording` or the folder, in any case. Returns a message about how many were found so; empty where each was where it is
+/// listed, or none was found. What no rule finds has the path folder/name. Throws Error if a rule finds two files for a name.
+std::string find_listed_files(const std::vector<ListedFile>& files, const std::filesystem::path& recording,
+                              const LooksFor& looks_for);
+/// find_listed_files for a stage: the result depends on what was looked for, and the message goes to the run.
 void find_listed_files(const std::vector<ListedFile>& files, const std::filesystem::path& recording, RunContext& run);
 
 /// Whether a system put the file there, not the recorder: "._a.png" and .DS_Store of macOS, Thumbs.db and desktop.ini of Windows,

@@ -68,6 +68,23 @@ bool product(std::span<const std::size_t> shape, std::size_t& count)
     return true;
 }
 
+/// Elements of `size` bytes whose first index changes fastest, reordered so that the last one does.
+std::vector<std::byte> in_c_order(std::span<const std::byte> bytes, std::span<const std::size_t> shape, std::size_t size)
+{
+    std::vector<std::byte> result(bytes.size());
+    std::vector<std::size_t> at(shape.size(), 0);
+    for (std::size_t to = 0; to < bytes.size(); to += size)
+    {
+        std::size_t from = 0;
+        for (std::size_t axis = shape.size(); axis-- > 0;)
+            from = from * shape[axis] + at[axis];
+        std::memcpy(result.data() + to, bytes.data() + from * size, size);
+        for (std::size_t axis = shape.size(); axis-- > 0 && ++at[axis] == shape[axis];)
+            at[axis] = 0;
+    }
+    return result;
+}
+
 }  // namespace
 
 std::size_t NpyArray::count() const
@@ -102,8 +119,8 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     if (text.size() < 10)
         fail(text.size(), "the file is cut inside its header");
     const auto version = static_cast<unsigned char>(text[6]);
-    if (version != 1 && version != 2)
-        fail(6, fmt::format("NPY version {} is not supported (1 and 2 are)", version));
+    if (version < 1 || version > 3)
+        fail(6, fmt::format("NPY version {} is not supported (1 to 3 are)", version));
     const std::size_t length_bytes = version == 1 ? 2 : 4;
     const std::size_t header_begin = 8 + length_bytes;
     std::size_t header_size = 0;
@@ -123,8 +140,6 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
     if (form == type_forms.end())
         fail(place(descr.first),
              "element type not supported; save it as uint8, uint16, uint32, int32, int64, float32 or float64, little-endian");
-    if (order.str() == "True")
-        fail(place(order.first), "the array is in Fortran order; save it with numpy.ascontiguousarray");
     NpyArray array{.type = form->type, .shape = {}, .bytes = {}};
     const auto next = [&](const char* at) { return std::find_if(at, shape.second, [](char c) { return c != ',' && c != ' '; }); };
     for (const char* at = next(shape.first + 1); *at != ')';)
@@ -142,6 +157,8 @@ NpyArray parse_npy(std::span<const std::byte> bytes, std::string_view source)
         fail(bytes.size(),
              fmt::format("the shape asks for {} bytes of data, the file has {}", expected, bytes.size() - data_begin));
     array.bytes.assign(bytes.begin() + static_cast<std::ptrdiff_t>(data_begin), bytes.end());
+    if (order.str() == "True")
+        array.bytes = in_c_order(array.bytes, array.shape, form_of(array.type).bytes);
     return array;
 }
 

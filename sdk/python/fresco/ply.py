@@ -11,7 +11,8 @@ TYPES = {"float": "<f4", "uchar": "u1", "int": "<i4"}
 
 def read_mesh(path: str | pathlib.Path) -> dict[str, Any]:
     """A dict of positions (V x 3 float32) and triangles (F x 3 int32), and where the file has them colors (V x 3 uint8), texcoords
-    (F x 3 x 2 float32, origin at the lower left), charts (F int32) and texture_px (the side of the texture that they are for)."""
+    (F x 3 x 2 float32, origin at the lower left), charts (F int32), texture_px (the side of the texture that they are for) and
+    offset_m (3 numbers to add to the positions, in double, for those of the world)."""
     file = pathlib.Path(path).read_bytes()
     header: list[str] = []
     end = 0
@@ -27,6 +28,8 @@ def read_mesh(path: str | pathlib.Path) -> dict[str, Any]:
     for words in (line.split() for line in header[2:-1]):
         if words[:2] == ["comment", "texture_px"]:
             mesh["texture_px"] = int(words[2])
+        elif words[:2] == ["comment", "offset_m"]:
+            mesh["offset_m"] = [float(word) for word in words[2:]]
         elif words[0] == "element":
             element = words[1]
             counts[element] = int(words[2])
@@ -56,6 +59,7 @@ def write_mesh(path: str | pathlib.Path, mesh: dict[str, Any]) -> None:
     vertex: list[Any] = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
     face: list[Any] = [("corners", "u1"), ("vertex_indices", "<i4", 3)]
     lines = [f"comment texture_px {mesh['texture_px']}"] if "texture_px" in mesh else []
+    lines += ["comment offset_m " + " ".join(str(number) for number in mesh["offset_m"])] if "offset_m" in mesh else []
     lines += [f"element vertex {len(mesh['positions'])}", *(f"property float {axis}" for axis in "xyz")]
     if "colors" in mesh:
         vertex += [(channel, "u1") for channel in ("red", "green", "blue")]

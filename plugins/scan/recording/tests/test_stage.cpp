@@ -78,6 +78,23 @@ TEST_CASE("a recording is read by its layout, and with what the stage is told of
     scan.frames({{"mesh", (scan.folder.path() / "other.ply").string()}});
     CHECK(Mesh::load({scan.out() / "mesh", scan.out()})->triangles.size() == 2);
     CHECK_THAT(error_of([&] { scan.frames({{"every", 0}}); }), Contains("option \"every\": 0 is too small"));
+    // In a map's coordinates, frames and mesh are stored less one offset.
+    Scan far;
+    for (Frame& frame : far.recorded.frames)
+        frame.color.world_from_camera.translation += Vec3d{448'000, 5'411'000, 0};
+    CHECK_THAT(error_of([&] { far.frames(); }),
+               Contains("mesh.ply: the mesh is 5430 km from the cameras, around (0, 0, 0) and (448000, 5411000, 0) m"));
+    write_file(far.folder.path() / "mesh.ply",
+               "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
+               "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+               "448001.25 5411002.1 0\n448101.5 5411000 0\n448101.5 5411001 0\n3 0 1 2\n");
+    const auto near = far.frames();
+    for (std::size_t i = 0; i < 3; ++i)
+        CHECK(length(near[i].color.world_from_camera.translation - frames[i].color.world_from_camera.translation) < 1e-8);
+    const auto mesh = Mesh::load({far.out() / "mesh", far.out()});
+    CHECK(mesh->offset_m == Vec3d{448'000, 5'411'000, 0});
+    CHECK(Frames::load({far.out() / "frames", far.out()})->offset_m == mesh->offset_m);
+    CHECK(mesh->positions[0] == Vec3f{1.25F, 2.1F, 0});
     TestRun large;
     write_mesh(scan.folder.path() / "mesh.ply", 2, 250);
     scan.read({}, large);

@@ -1,4 +1,4 @@
-"""Blender add-on: paints the selected meshes in the style of a picture, by fresco's pipelines/mesh.yaml.
+"""Blender add-on: paints the selected meshes in the style of a picture, by fresco's pipelines/model.yaml.
 
 Install this file under Edit > Preferences > Add-ons. It needs the program fresco: on the PATH, or set in the add-on's preferences. Then the
 sidebar of the 3D view (N) has a tab fresco. The painted mesh is added to the scene with its material; the selected ones are hidden.
@@ -34,13 +34,13 @@ def fresco_package(program):
     folder = pathlib.Path(found).resolve().parent.parent
     # Installed, or where it was built.
     for root in (folder / "share/fresco", folder.parent):
-        if (root / "sdk/python/fresco").is_dir() and (root / "pipelines/mesh.yaml").is_file():
+        if (root / "sdk/python/fresco").is_dir() and (root / "pipelines/model.yaml").is_file():
             if str(root / "sdk/python") not in sys.path:
                 sys.path.insert(0, str(root / "sdk/python"))
             import fresco
 
             fresco.program = found
-            return fresco, root / "pipelines/mesh.yaml"
+            return fresco, root / "pipelines/model.yaml"
     raise FileNotFoundError(f"{found} lacks its Python package and pipelines: install all of fresco")
 
 
@@ -102,7 +102,8 @@ class Painting:
             self.folder.cleanup()
         painted = [thing for thing in bpy.context.selected_objects if thing.type == "MESH"]
         for thing in painted:
-            thing.name = f"{self.names[0]} painted"
+            # The name is taken, so that Blender numbered the copy.
+            thing.name = f"{thing.name.rpartition('.')[0] or thing.name} painted"
         for name in self.names:
             if name in bpy.context.view_layer.objects:
                 bpy.context.view_layer.objects[name].hide_set(True)

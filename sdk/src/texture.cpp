@@ -131,7 +131,7 @@ int painted_size_px(int size_px, int laid_out_px, std::string_view source, RunCo
     if (size == 0)
         throw Error(
             fmt::format("the texture size is unknown: {} came without one; set size_px, or lay the mesh out with an atlas.* "
-                        "stage (atlas.keep keeps its texcoords)",
+                        "stage (atlas.model keeps its texcoords)",
                         source));
     if (size < least || size > most)
         throw Error(fmt::format("a texture of {} texels a side; expected {} to {}: set size_px{}", size, least, most,

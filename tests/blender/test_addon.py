@@ -53,19 +53,38 @@ assert isinstance(painting.error, module.Stopped), painting.error
 assert left_over() == ([], []), left_over()
 assert [thing.name for thing in bpy.data.objects] == [monkey.name]
 
-# Painted: in the same place, with a material that has the picture's colors, the original hidden.
+# A second object, with two materials and no texture coordinates.
+bpy.ops.mesh.primitive_cube_add(location=(4, 2, 0.5))
+cube = bpy.context.object
+cube.data.uv_layers.remove(cube.data.uv_layers[0])
+for number, color in enumerate(((1, 0, 0, 1), (0, 1, 0, 1))):
+    material = bpy.data.materials.new(f"side {number}")
+    material.use_nodes = True
+    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = color
+    cube.data.materials.append(material)
+cube.data.polygons[0].material_index = 1
+monkey.select_set(True)
+
+# Painted: in the same place, with materials that have the picture's colors, the originals hidden.
 settings.picture, settings.stroke_cm, settings.painterly = picture, 6, 0.8
 begin = time.monotonic()
 assert bpy.ops.object.fresco_paint() == {"FINISHED"}
 print(f"painted {len(monkey.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.polygons)} faces in {time.monotonic() - begin:.0f} s")
-painted = bpy.context.selected_objects
-assert [thing.name for thing in painted] == ["Suzanne painted"], painted
-assert monkey.hide_get() and left_over() == ([], [])
-assert np.abs(corners(painted) - corners([monkey])).max() < 0.01, (corners(painted), corners([monkey]))
-images = [node.image for node in painted[0].material_slots[0].material.node_tree.nodes if node.type == "TEX_IMAGE"]
-assert len(images) == 1 and images[0].packed_file
-texels = np.array(images[0].pixels[:]).reshape(images[0].size[1], images[0].size[0], 4)[..., :3]
-assert texels.std() > 0.05 and np.ptp(texels, axis=-1).mean() > 0.1, (texels.std(), np.ptp(texels, axis=-1).mean())
+painted = sorted(bpy.context.selected_objects, key=lambda thing: thing.name)
+assert [thing.name for thing in painted] == ["Cube painted", "Suzanne painted"], painted
+assert monkey.hide_get() and cube.hide_get() and left_over() == ([], [])
+for before, after in zip((cube, monkey), painted):
+    assert np.abs(corners([after]) - corners([before])).max() < 1e-4, (corners([after]), corners([before]))
+    shape = before.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    shape.calc_loop_triangles()
+    assert len(after.data.polygons) == len(shape.loop_triangles)
+    assert len(after.data.uv_layers) in (len(shape.uv_layers), len(shape.uv_layers) + 1)
+    assert len(after.data.materials) == max(1, len(shape.materials))
+    for material in after.data.materials:
+        images = [node.image for node in material.node_tree.nodes if node.type == "TEX_IMAGE"]
+        assert len(images) == 1 and images[0].packed_file
+        texels = np.array(images[0].pixels[:]).reshape(images[0].size[1], images[0].size[0], 4)[..., :3]
+        assert texels.std() > 0.05 and np.ptp(texels, axis=-1).mean() > 0.1, (texels.std(), np.ptp(texels, axis=-1).mean())
 
 # Installed in Blender, it goes again.
 bpy.ops.preferences.addon_disable(module="fresco_addon")

@@ -33,6 +33,20 @@ stages:
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out"
 
+# The same room as a model of its own, its colors put back by its own texture coordinates and by a second set.
+for uvs in keep second; do
+    cat >"$work/$uvs.yaml" <<YAML
+version: 1
+stages:
+  scan: {type: scan.mesh, path: out/plain.glb}
+  atlas: {type: atlas.model, input: scan, uvs: $uvs, size_px: 1024}
+  photo: {type: texture.from_model, input: {model: scan, mesh: atlas}}
+  bake: {type: texture.bake, input: {texture: photo, mesh: atlas}}
+  glb: {type: export.model, input: {textured_mesh: bake, model: scan}, file: out/plain.glb, path: $uvs, uvs: $uvs}
+YAML
+    "$fresco" run "$work/$uvs.yaml" --store "$work/store" --out "$work/out"
+done
+
 cp "$source"/tests/gltf_validator/* "$work/"
 (cd "$work" && npm install --no-audit --no-fund --loglevel=error && node validate.mjs out/*.glb)
 
@@ -53,6 +67,8 @@ if [ -n "$chromium" ]; then
     timeout 600 node "$source/tests/exports/page.mjs" "$chromium" "$work/out/room.html" "$work/out/bare.html" "$work/out/relief.html"
     (cd "$work" && npm pack --loglevel=error iwer@2.5.0 >/dev/null && mkdir headset && tar -xzf iwer-*.tgz -C headset)
     timeout 600 node "$source/tests/exports/vr.mjs" "$chromium" "$work/out/room.html" "$work/headset/package/build/iwer.min.js"
+    (cd "$work" && npm pack --loglevel=error three@0.170.0 >/dev/null && mkdir three && tar -xzf three-*.tgz -C three)
+    timeout 600 node "$source/tests/exports/three.mjs" "$chromium" "$work/three" "$work"/out/{plain,keep,second}.glb
 else
     skip "the pages of the room in a browser: there is no chromium"
 fi

@@ -5,8 +5,7 @@
 #include <fresco/relief.h>
 #include <fresco/stage.h>
 #include <fresco/texturing/exports.h>
-
-#include "glb.h"
+#include <fresco/texturing/glb.h>
 
 #include <array>
 #include <cstdint>

@@ -87,7 +87,7 @@ def main():
         scan = SMALL_SCAN | {"data": data}
         picture = {"picture": ready / "demo.jpg"} | SMALL_PAINTING
         cases += [(ready / "room.yaml", scan | picture), (ready / "photo_texture.yaml", scan), (ready / "prepare.yaml", scan),
-                  (ready / "mesh.yaml", picture | {"model": data / "mesh.ply", "mesh.max_faces": 20000, "atlas.size_px": 1024})]
+                  (ready / "model.yaml", picture | {"model": data / "mesh.ply", "mesh.max_faces": 20000, "atlas.size_px": 1024})]
     with tempfile.TemporaryDirectory(prefix="fresco-prove-") as work:
         traces = [trace(given, pathlib.Path(work).resolve(), *case) for case in cases]
     problems = [problem for _, found in traces for problem in found]

@@ -30,36 +30,49 @@ double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
 
 }  // namespace
 
+Mesh projected_atlas(const Mesh& mesh, const AtlasOptions& options, RunContext& run,
+                     const std::function<void(const Surface&, FlatCharts&, const FlattenOptions&)>& lay_flat)
+{
+    const Surface surface(mesh);
+    const auto degenerate = std::ranges::count(surface.areas, 0.0);
+    if (static_cast<std::size_t>(degenerate) == mesh.triangles.size())
+        throw Error("no face of the mesh has any area: check how it was made");
+    const auto counts = count_surface(mesh);
+    run.report("components", counts.components);
+    run.report("degenerate_faces", degenerate);
+    run.report("duplicate_faces", std::ranges::count(duplicate_faces(mesh), true));
+    run.report("complex_edges", counts.complex_edges);
+
+    const ChartOptions charts{.angle_limit_deg = options.angle_limit_deg, .merge_limit_deg = options.merge_limit_deg};
+    // The size of a texel when 70 % of the texture are used.
+    const double area = std::accumulate(surface.areas.begin(), surface.areas.end(), 0.0);
+    const FlattenOptions flatten{.charts = charts, .texel_m = std::sqrt(area / 0.7) / options.size_px};
+    const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), flatten, run,
+                                     [&](FlatCharts& projected)
+                                     {
+                                         if (lay_flat)
+                                             lay_flat(surface, projected, flatten);
+                                     });
+    Mesh result = mesh;
+    result.texcoords = pack_charts(flat, {.size_px = options.size_px}, run);
+    result.charts = flat.chart_of_face;
+    numerics::number_by_first(result.charts, flat.axes.size());
+    result.texture_px = options.size_px;
+    report_atlas(run, result, options.size_px);
+    run.report("largest_angle_deg", largest_angle_deg(surface, flat));
+    run.report("joined_faces", flat.unfolded_faces);
+    return result;
+}
+
 void AtlasStage::run(RunContext& run)
 {
     check_mesh(*mesh_, "the input mesh");
     if (*merge_limit_deg_ < *angle_limit_deg_)
         throw Error("option \"merge_limit_deg\": expected at least angle_limit_deg");
-    const Surface surface(*mesh_);
-    const auto degenerate = std::ranges::count(surface.areas, 0.0);
-    if (static_cast<std::size_t>(degenerate) == mesh_->triangles.size())
-        throw Error("no face of the mesh has any area: check how it was made");
-    const auto counts = count_surface(*mesh_);
-    run.report("components", counts.components);
-    run.report("degenerate_faces", degenerate);
-    run.report("duplicate_faces", std::ranges::count(duplicate_faces(*mesh_), true));
-    run.report("complex_edges", counts.complex_edges);
-
-    const ChartOptions charts{.angle_limit_deg = *angle_limit_deg_, .merge_limit_deg = *merge_limit_deg_};
-    // The size of a texel when 70 % of the texture are used.
-    const double area = std::accumulate(surface.areas.begin(), surface.areas.end(), 0.0);
-    const FlattenOptions options{.charts = charts, .texel_m = std::sqrt(area / 0.7) / *size_px_};
-    const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), options, run,
-                                     [&](FlatCharts& projected) { lay_flat(surface, projected, options, run); });
-    Mesh result = *mesh_;
-    result.texcoords = pack_charts(flat, {.size_px = *size_px_}, run);
-    result.charts = flat.chart_of_face;
-    numerics::number_by_first(result.charts, flat.axes.size());
-    result.texture_px = *size_px_;
-    report_atlas(run, result, *size_px_);
-    run.report("largest_angle_deg", largest_angle_deg(surface, flat));
-    run.report("joined_faces", flat.unfolded_faces);
-    atlas_ = std::move(result);
+    const AtlasOptions options{.angle_limit_deg = *angle_limit_deg_, .merge_limit_deg = *merge_limit_deg_, .size_px = *size_px_};
+    atlas_ = projected_atlas(*mesh_, options, run,
+                             [&](const Surface& surface, FlatCharts& projected, const FlattenOptions& flatten)
+                             { lay_flat(surface, projected, flatten, run); });
 }
 
 void AtlasStage::lay_flat(const Surface&, FlatCharts&, const FlattenOptions&, RunContext&) const {}

@@ -504,19 +504,20 @@ GltfFile load_gltf(std::span<const std::byte> file, const ReadBuffer& read_besid
 {
     const Chunks chunks = chunks_of(file);
     // Some exporters fill the JSON chunk up with NULs, not with spaces.
-    const Value document = parse_json(chunks.json.substr(0, chunks.json.find_last_not_of('\0') + 1), "JSON");
+    Value document = parse_json(chunks.json.substr(0, chunks.json.find_last_not_of('\0') + 1), "JSON");
     check_version(document);
     check_extensions(document);
     for (const auto& [key, value] : document.as_map())
         if (contains(parsed_entries, key) || key == "buffers" || key == "images")
             check_numbers(value, key, key);
-    GltfFile result{parsed(document), images_of(document)};
+    GltfFile result{parsed(document), images_of(document), {}};
     check_counts(document, result.model);
     result.model.buffers = buffers_of(document, chunks.binary, read_beside);
     Unpacking unpacking(document, result.model);
     unpacking.views();
     check_views(result.model);
     unpacking.primitives();
+    result.document = std::move(document);
     return result;
 }
 

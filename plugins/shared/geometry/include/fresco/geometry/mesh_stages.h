@@ -5,12 +5,25 @@
 #include <fresco/stage.h>
 
 #include <cstddef>
+#include <functional>
 
 /// \file The bases of stages that make an atlas and of stages that decimate: ports, options and reports are theirs, a plugin adds
 /// its algorithm.
 
 namespace fresco::geometry
 {
+
+struct AtlasOptions
+{
+    double angle_limit_deg = 70;
+    double merge_limit_deg = 80;
+    int size_px = 2048;
+};
+
+/// The same mesh with charts that are projected, laid flat by `lay_flat` where that is given, and packed; reports figures.
+/// Throws Error for a mesh without area, Canceled.
+Mesh projected_atlas(const Mesh& mesh, const AtlasOptions& options, RunContext& run,
+                     const std::function<void(const Surface&, FlatCharts&, const FlattenOptions&)>& lay_flat = {});
 
 /// A stage with the ports and options of `atlas.project`: cuts the mesh into charts, lays each flat by projection, packs them and
 /// reports figures. A parametrizer derives from it and needs no more than `lay_flat` and its costs.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/option_declaration.h>
+#include <fresco/value.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,7 @@ struct GltfFile
 {
     tinygltf::Model model;  ///< Without images, skins, animations, cameras and extras.
     std::vector<GltfImage> images;
+    Value document;  ///< The file's JSON as a whole.
 };
 
 /// Reads a buffer beside the file. `uri` is as in the file; `place` ("buffers[0]: ") begins messages.

@@ -82,6 +82,7 @@ class PictureEncoding
     /// The maps of relief_maps.h, made smaller in the same way. Throws Error for a relief of another atlas; Canceled.
     EncodedRelief encoded(const Relief& relief, const Mesh& mesh, NormalFrame frame, std::string_view extension,
                           RunContext& run) const;
+    const ImageIo& images() const { return *images_; }
     /// Writes the picture as `name`, whose extension is as in encoded(), to a folder that exists, and says so. Throws Error,
     /// Canceled.
     void write(const TexturedMesh& textured, const std::filesystem::path& folder, const std::string& name, RunContext& run) const;

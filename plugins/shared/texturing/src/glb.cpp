@@ -1,4 +1,4 @@
-#include "glb.h"
+#include <fresco/texturing/glb.h>
 
 #include <fresco/error.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -11,8 +11,8 @@
 #include <limits>
 #include <span>
 
-using namespace fresco;
-using fresco::texturing::WeldedMesh;
+namespace fresco::texturing
+{
 
 namespace
 {
@@ -98,17 +98,7 @@ class Document
                             {"bufferViews", views_},
                             {"buffers", Value::List{Value::Map{{"byteLength", binary_.size()}}}}};
         document.insert(document.end(), others.begin(), others.end());
-        std::string json = to_json(document);
-        json.resize((json.size() + 3) / 4 * 4, ' ');
-        const auto words = [](auto... numbers)
-        {
-            const std::array<std::uint32_t, sizeof...(numbers)> row{static_cast<std::uint32_t>(numbers)...};
-            return std::string(reinterpret_cast<const char*>(row.data()), sizeof row);
-        };
-        std::string file = "glTF" + words(2, 28 + json.size() + binary_.size(), json.size()) + "JSON" + json +
-                           words(binary_.size()) + std::string("BIN\0", 4);
-        file += binary_;
-        return file;
+        return glb_of(document, binary_);
     }
 
   private:
@@ -128,8 +118,7 @@ class Document
 std::vector<std::array<std::uint16_t, 4>> linear_colors(const WeldedMesh& mesh)
 {
     std::vector<std::array<std::uint16_t, 4>> rows;
-    const auto light = [](std::uint8_t step)
-    { return static_cast<std::uint16_t>(std::lround(texturing::to_linear(step) * 65535)); };
+    const auto light = [](std::uint8_t step) { return static_cast<std::uint16_t>(std::lround(to_linear(step) * 65535)); };
     for (const Rgb8& color : mesh.colors)
         rows.push_back({light(color[0]), light(color[1]), light(color[2]), 65535});
     return rows;
@@ -164,6 +153,23 @@ Value add_mesh(Document& document, const WeldedMesh& mesh, bool lit)
 }
 
 }  // namespace
+
+std::string glb_of(const Value& document, std::string_view binary)
+{
+    std::string json = to_json(document);
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    if (json.size() + binary.size() > std::numeric_limits<std::uint32_t>::max() - 28)
+        throw Error("a GLB file holds at most 4096 MiB: use fewer or smaller pictures, or decimate the mesh");
+    const auto words = [](auto... numbers)
+    {
+        const std::array<std::uint32_t, sizeof...(numbers)> row{static_cast<std::uint32_t>(numbers)...};
+        return std::string(reinterpret_cast<const char*>(row.data()), sizeof row);
+    };
+    std::string file = "glTF" + words(2, 28 + json.size() + binary.size(), json.size()) + "JSON" + json + words(binary.size()) +
+                       std::string("BIN\0", 4);
+    file += binary;
+    return file;
+}
 
 std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
@@ -227,3 +233,5 @@ std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image
         others.set("textures", std::move(textures));
     return document.glb(asset, others.as_map());
 }
+
+}  // namespace fresco::texturing

@@ -1,0 +1,123 @@
+#include <fresco/gltf/scene.h>
+
+#include <fresco/error.h>
+#include <fresco/gltf/gltf_file.h>
+#include <fresco/numerics/numerics.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace fresco::gltf
+{
+
+namespace
+{
+
+template <class List>
+const auto& element(const List& list, int index, const char* what)
+{
+    if (index < 0 || static_cast<std::size_t>(index) >= list.size())
+        throw Error(fmt::format("{} {} of {}", what, index, list.size()));
+    return list[static_cast<std::size_t>(index)];
+}
+
+Affine operator*(const Affine& a, const Affine& b)
+{
+    return {a.linear * b.linear, a.linear * b.origin + a.origin};
+}
+
+Mat3 rotation_of(const std::vector<double>& q)
+{
+    const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(norm > 0.5) || !(norm < 2))
+        throw Error("rotation: expected a quaternion of length 1");
+    return numerics::rotation_of(q[3] / norm, q[0] / norm, q[1] / norm, q[2] / norm);
+}
+
+Affine place_of(const tinygltf::Node& node)
+{
+    const auto check = [](const std::vector<double>& values, std::size_t expected, const char* what)
+    {
+        bool good = values.empty() || values.size() == expected;
+        for (const double value : values)
+            good = good && std::isfinite(value);
+        if (!good)
+            throw Error(fmt::format("{}: expected {} finite numbers", what, expected));
+        return !values.empty();
+    };
+    Affine place;
+    if (check(node.matrix, 16, "matrix"))
+    {
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                place.linear(row, column) = node.matrix[4 * static_cast<std::size_t>(column) + static_cast<std::size_t>(row)];
+        place.origin = {node.matrix[12], node.matrix[13], node.matrix[14]};
+        if (node.matrix[3] != 0 || node.matrix[7] != 0 || node.matrix[11] != 0 || node.matrix[15] != 1)
+            throw Error("matrix: expected 0, 0, 0, 1 in the last row");
+        return place;
+    }
+    if (check(node.rotation, 4, "rotation"))
+        place.linear = rotation_of(node.rotation);
+    if (check(node.scale, 3, "scale"))
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                place.linear(row, column) *= node.scale[static_cast<std::size_t>(column)];
+    if (check(node.translation, 3, "translation"))
+        place.origin = {node.translation[0], node.translation[1], node.translation[2]};
+    return place;
+}
+
+/// The nodes of the scene; without scenes those that are nobody's children.
+std::vector<int> roots(const tinygltf::Model& model)
+{
+    const auto& scenes = model.scenes;
+    if (!scenes.empty())
+        return element(scenes, std::max(model.defaultScene, 0), "scene").nodes;
+    std::set<int> children;
+    for (const auto& node : model.nodes)
+        children.insert(node.children.begin(), node.children.end());
+    std::vector<int> result;
+    for (int node = 0; node < static_cast<int>(model.nodes.size()); ++node)
+        if (!children.contains(node))
+            result.push_back(node);
+    return result;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::size_t, Affine>> placed_nodes(const tinygltf::Model& model)
+{
+    std::set<std::size_t> seen;
+    std::vector<std::pair<int, Affine>> open;
+    const auto push = [&](const std::vector<int>& children, const Affine& parent)
+    {
+        for (const int child : std::vector<int>(children.rbegin(), children.rend()))
+            open.emplace_back(child, parent);
+    };
+    push(roots(model), {});
+    std::vector<std::pair<std::size_t, Affine>> placed;
+    while (!open.empty())
+    {
+        const auto [number, parent] = open.back();
+        open.pop_back();
+        const tinygltf::Node& source = element(model.nodes, number, "node");
+        const auto node = static_cast<std::size_t>(number);
+        if (!seen.insert(node).second)
+            throw Error(entry("nodes", node) + "the node appears twice in the tree");
+        try
+        {
+            placed.emplace_back(node, parent * place_of(source));
+        }
+        catch (const Error& error)
+        {
+            throw Error(entry("nodes", node) + error.what());
+        }
+        push(source.children, placed.back().second);
+    }
+    return placed;
+}
+
+}  // namespace fresco::gltf

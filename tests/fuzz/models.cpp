@@ -34,8 +34,30 @@ void read_mtl(Bytes bytes)
     scan_mesh::parse_mtl(text_of(bytes), source);
 }
 
-const Registered registered{{"gltf", "plugins/shared/gltf/src/.*|plugins/scan/mesh/gltf_.*\\.cpp", read_gltf},
-                            {"mtl", "plugins/scan/mesh/mtl\\.cpp", read_mtl}};
+/// An OBJ file and, behind a line "mtl", the file a.mtl beside it; pictures t.1001.png and t.1002.png, not looked at.
+void read_obj_model(Bytes bytes)
+{
+    constexpr std::string_view border = "\nmtl\n";
+    for (const char* picture : {"t.1001.png", "t.1002.png"})
+        file_with({}, picture);
+    const auto end = std::min(text_of(bytes).find(border), bytes.size());
+    file_with(bytes.subspan(std::min(end + border.size(), bytes.size())), "a.mtl");
+    const auto file = file_with(bytes.first(end), "model.obj");
+    const auto model = scan_mesh::read_file_model(file, true);
+    require(model.material_of_face.size() == model.mesh.triangles.size(), "a material per face");
+    for (const std::uint32_t material : model.material_of_face)
+        require(material < model.materials.size(), "materials that are there");
+    for (const auto& material : model.materials)
+        require(material.picture < static_cast<int>(model.pictures.size()), "pictures that are there");
+    for (const auto& picture : model.pictures)
+        require(std::filesystem::canonical(picture.file).parent_path() == std::filesystem::canonical(file).parent_path(),
+                "pictures from the folder");
+}
+
+const Registered registered{
+    {"gltf", "plugins/shared/gltf/src/.*|plugins/scan/mesh/gltf_.*\\.cpp", read_gltf},
+    {"mtl", "plugins/scan/mesh/mtl\\.cpp", read_mtl},
+    {"obj_model", "plugins/scan/mesh/(file_model|mtl)\\.cpp|plugins/shared/recordings/src/listed_files\\.cpp", read_obj_model}};
 
 }  // namespace
 }  // namespace fresco::fuzz

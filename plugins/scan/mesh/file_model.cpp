@@ -4,6 +4,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/texturing/texture_pictures.h>
 #include <fresco/wording.h>
 
@@ -11,7 +12,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
+#include <optional>
+#include <span>
 #include <utility>
 
 namespace scan_mesh
@@ -22,11 +26,21 @@ namespace fs = std::filesystem;
 namespace
 {
 
-/// "C:\pictures", "https://…", "file:…": letters before a colon.
-bool has_scheme(std::string_view name)
+/// The part of a name that can be below a folder: the name, or what follows a drive, a scheme, the root and the last "..".
+std::string part_below(std::string_view name)
 {
-    const auto colon = name.find(':');
-    return colon != std::string_view::npos && colon > 0 && name.substr(0, colon).find_first_of("/\\ .") == std::string_view::npos;
+    std::string text(name);
+    std::ranges::replace(text, '\\', '/');
+    const auto colon = text.find(':');
+    const bool has_scheme = colon != std::string::npos && colon > 0 && text.find_first_of("/ .") > colon;
+    const fs::path path = fs::path(has_scheme ? text.substr(colon + 1) : text).lexically_normal();
+    if (!has_scheme && path.is_relative() && text.find("..") == std::string::npos)
+        return std::string(name);
+    fs::path below;
+    for (const auto& part : path.relative_path())
+        if (part != "..")
+            below /= part;
+    return below.string();
 }
 
 bool is_inside(const fs::path& file, const fs::path& folder)
@@ -37,26 +51,41 @@ bool is_inside(const fs::path& file, const fs::path& folder)
 
 }  // namespace
 
-FileFolder::FileFolder(const fs::path& model) : folder_(model.parent_path().empty() ? fs::path(".") : model.parent_path()) {}
+FileFolder::FileFolder(const fs::path& model, FileModel& notes)
+    : folder_(model.parent_path().empty() ? fs::path(".") : model.parent_path()), notes_(notes)
+{
+}
 
-fs::path FileFolder::find(std::string_view name, std::string_view place, std::string_view way_out) const
+fs::path FileFolder::find(std::string_view name, std::string_view place, std::string_view way_out, fs::path folder) const
 {
     const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
     std::string shown(name.substr(0, 200));
     std::ranges::replace_if(shown, is_control, '?');
     const std::string begin = std::string(place) + ": \"" + shown + "\" ";
-    if (name.empty() || std::ranges::any_of(name, is_control))
+    const std::string below = part_below(name);
+    if (below.empty() || std::ranges::any_of(name, is_control))
         throw fresco::Error(begin + "is not a file name");
-    std::string text(name);
-    std::ranges::replace(text, '\\', '/');
-    const fs::path relative(text);
-    const bool leaves = std::ranges::find(relative, fs::path("..")) != relative.end();
-    if (relative.is_absolute() || leaves || has_scheme(name))
-        throw fresco::Error(begin + "is outside the model's folder; put the file beside the model and use only its name");
-    fs::path file = folder_ / relative;
+    if (folder.empty())
+        folder = folder_;
+    fs::path file;
+    try
+    {
+        const std::string found = fresco::recordings::find_listed_files(
+            {{folder, below, &file, false}}, folder_, [&](const fs::path& pattern) { notes_.looked_for.push_back(pattern); });
+        if (!found.empty())
+            notes_.messages.push_back(std::string(place) + ": " + found);
+    }
+    catch (const fresco::Error& error)
+    {
+        throw fresco::Error(std::string(place) + ": " + error.what());
+    }
     std::error_code error;
     if (!fs::is_regular_file(file, error))
-        throw fresco::MissingInput(begin + "is not in " + folder_.string() + "; put it there" + std::string(way_out));
+        throw fresco::MissingInput(begin + "is not in " + folder.string() +
+                                   (below.find_first_of("/\\") == std::string::npos && below == name
+                                        ? ", nor with another case"
+                                        : ", nor with another case or by the last parts of its path") +
+                                   "; put it there" + std::string(way_out));
     if (!is_inside(fs::canonical(file), fs::canonical(folder_)))
         throw fresco::Error(begin + "is a link to a file outside the model's folder; put the file itself there");
     return file;
@@ -64,14 +93,17 @@ fs::path FileFolder::find(std::string_view name, std::string_view place, std::st
 
 bool FileFolder::has(std::string_view name) const
 {
+    const auto messages = notes_.messages;
+    bool is_there = false;
     try
     {
-        return !find(name, "").empty();
+        is_there = !find(name, "").empty();
     }
     catch (const fresco::Error&)
     {
-        return false;
     }
+    notes_.messages = messages;
+    return is_there;
 }
 
 namespace
@@ -83,7 +115,10 @@ using fresco::ModelMaterial;
 fresco::Vec3f linear_color(const std::array<double, 3>& displayed)
 {
     const auto light = [](double v)
-    { return static_cast<float>(fresco::texturing::to_linear(static_cast<std::uint8_t>(std::lround(v * 255)))); };
+    {
+        return static_cast<float>(
+            fresco::texturing::to_linear(static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0, 1.0) * 255))));
+    };
     return {light(displayed[0]), light(displayed[1]), light(displayed[2])};
 }
 
@@ -91,36 +126,35 @@ fresco::Vec3f linear_color(const std::array<double, 3>& displayed)
 class MaterialReader
 {
   public:
-    MaterialReader(const fs::path& file, const MeshMaterials& named, FileModel& model)
-        : file_(file), folder_(file), named_(named), model_(model)
+    MaterialReader(const fs::path& file, const MeshMaterials& named, bool is_strict, FileModel& model)
+        : file_(file), folder_(file, model), named_(named), is_strict_(is_strict), model_(model)
     {
     }
 
     void read_obj()
     {
         read_libraries();
-        std::map<std::pair<std::uint32_t, bool>, std::uint32_t> numbers;
-        std::size_t without_texcoords = 0;
         for (std::size_t face = 0; face < model_.mesh.triangles.size(); ++face)
         {
             const bool has_texcoords =
                 named_.has_texcoords.empty() ? !model_.mesh.texcoords.empty() : named_.has_texcoords[face] != 0;
-            const auto [found, is_new] =
-                numbers.try_emplace({named_.of_face[face], has_texcoords}, static_cast<std::uint32_t>(model_.materials.size()));
             const MtlMaterial* const mtl = definition(named_.of_face[face]);
+            const bool has_picture = mtl != nullptr && !mtl->picture.empty();
+            const int tile = has_picture && has_texcoords ? placed(face, *mtl) : no_picture;
+            without_texcoords_ += has_picture && !has_texcoords ? 1 : 0;
+            const auto [found, is_new] =
+                numbers_.try_emplace({named_.of_face[face], tile}, static_cast<std::uint32_t>(model_.materials.size()));
             if (is_new)
-                model_.materials.push_back(obj_material(mtl, has_texcoords));
+                model_.materials.push_back(obj_material(mtl, tile));
             model_.material_of_face.push_back(found->second);
-            if (mtl == nullptr || mtl->picture.empty())
-                continue;
-            if (!has_texcoords)
-                ++without_texcoords;
-            for (std::size_t corner = 3 * face; has_texcoords && corner < 3 * face + 3; ++corner)
-                place(model_.mesh.texcoords[corner], *mtl);
         }
-        if (without_texcoords > 0)
+        if (without_texcoords_ > 0)
             model_.warnings.push_back(fmt::format(
-                "{} faces have a picture but no texture coordinates: they take the material's color Kd", without_texcoords));
+                "{} faces have a picture but no texture coordinates: they take the material's color Kd", without_texcoords_));
+        if (outside_tiles_ > 0)
+            model_.warnings.push_back(
+                fmt::format("{} faces lie outside the UDIM tiles {} to {}: they take the material's color Kd", outside_tiles_,
+                            first_tile, first_tile + tiles - 1));
     }
 
     void read_ply()
@@ -148,10 +182,33 @@ class MaterialReader
 
   private:
     static constexpr std::size_t most_face_colors = 4096;
+    // In place of the number of a UDIM tile.
+    static constexpr int no_tile = 0;
+    static constexpr int no_picture = -1;
+    static constexpr int first_tile = 1001;
+    static constexpr int tiles = 1000;
+    static constexpr std::string_view udim = "<UDIM>";
 
     std::string place_of(const fresco::MeshFileName& name, const std::string& keyword) const
     {
         return fmt::format("{}:{}: {}", file_.string(), name.line, keyword);
+    }
+
+    /// FileFolder::find. Without the file: an error if strict, else none and a warning that ends in `otherwise`.
+    std::optional<fs::path> found(std::string_view name, const std::string& place, std::string_view otherwise,
+                                  const fs::path& folder = {})
+    {
+        try
+        {
+            return folder_.find(name, place, is_strict_ ? shape_only : otherwise, folder);
+        }
+        catch (const fresco::MissingInput& error)
+        {
+            if (is_strict_)
+                throw;
+            model_.warnings.emplace_back(error.what());
+            return std::nullopt;
+        }
     }
 
     /// mtllib may be followed by one name with spaces or by several names.
@@ -165,26 +222,48 @@ class MaterialReader
                 names.push_back(library.name.substr(at, end - at));
             at = end + 1;
         }
-        const bool is_list = names.size() > 1 && folder_.has(names.front());
+        const bool is_list = names.size() > 1 && std::ranges::any_of(names, [&](const auto& name) { return folder_.has(name); });
         return is_list ? names : std::vector<std::string>{library.name};
     }
 
     void read_libraries()
     {
+        bool are_all_there = true;
         for (const auto& library : named_.files)
             for (const std::string& name : library_names(library))
             {
-                const fs::path mtl = folder_.find(name, place_of(library, "mtllib"), shape_only);
-                model_.files_read.push_back(mtl);
-                for (MtlMaterial& material : parse_mtl(fresco::read_text_file(mtl), mtl.string()))
-                    materials_.try_emplace(material.name, std::move(material), mtl);
+                const auto mtl = found(name, place_of(library, "mtllib"), ": until then its materials are white");
+                are_all_there = are_all_there && mtl.has_value();
+                if (!mtl)
+                    continue;
+                model_.files_read.push_back(*mtl);
+                for (MtlMaterial& material : parse_mtl(fresco::read_text_file(*mtl), mtl->string()))
+                {
+                    warn_of_color(material, *mtl);
+                    materials_.try_emplace(material.name, std::move(material), *mtl);
+                }
             }
-        if (named_.files.empty())
+        std::vector<fresco::MeshFileName> undefined;
+        std::ranges::copy_if(named_.names, std::back_inserter(undefined),
+                             [&](const auto& name) { return !materials_.contains(name.name); });
+        if (undefined.empty() || !are_all_there)
             return;
-        for (const auto& name : named_.names)
-            if (!materials_.contains(name.name))
-                throw fresco::Error(place_of(name, "usemtl") + ": no file that mtllib names has \"newmtl " + name.name +
-                                    "\"; export the OBJ with its materials" + std::string(shape_only));
+        const std::string more = undefined.size() > 1 ? fmt::format(", and {} more are missing", undefined.size() - 1) : "";
+        const std::string problem =
+            fmt::format("{}: no file that mtllib names has \"newmtl {}\"{}; export the OBJ with its materials",
+                        place_of(undefined[0], "usemtl"), undefined[0].name, more);
+        if (is_strict_)
+            throw fresco::Error(problem + std::string(shape_only));
+        model_.warnings.push_back(problem + ": until then they are white");
+    }
+
+    /// Rounding may lead out of the range by little.
+    void warn_of_color(const MtlMaterial& material, const fs::path& mtl)
+    {
+        const auto [least, most] = std::ranges::minmax(material.color);
+        if (least < -0.01 || most > 1.01)
+            model_.warnings.push_back(fmt::format("{}: the color Kd {} of \"{}\" is cut to 0 to 1", mtl.string(),
+                                                  fmt::join(material.color, " "), material.name));
     }
 
     const MtlMaterial* definition(std::uint32_t name) const
@@ -193,19 +272,80 @@ class MaterialReader
         return found == materials_.end() ? nullptr : &found->second.first;
     }
 
-    ModelMaterial obj_material(const MtlMaterial* mtl, bool has_texcoords)
+    /// Places the texcoords of a face in its picture. Returns the number of the face's UDIM tile, or one of the above.
+    int placed(std::size_t face, const MtlMaterial& mtl)
+    {
+        const auto uv = std::span(model_.mesh.texcoords).subspan(3 * face, 3);
+        for (fresco::Vec2f& corner : uv)
+            corner = {static_cast<float>(double{corner.x} * mtl.scale.x + mtl.offset.x),
+                      static_cast<float>(double{corner.y} * mtl.scale.y + mtl.offset.y)};
+        if (!is_tiled(mtl))
+            return no_tile;
+        const float column = std::floor((uv[0].x + uv[1].x + uv[2].x) / 3);
+        const float row = std::floor((uv[0].y + uv[1].y + uv[2].y) / 3);
+        if (!(column >= 0 && column < 10 && row >= 0 && row < tiles / 10))
+        {
+            ++outside_tiles_;
+            return no_picture;
+        }
+        for (fresco::Vec2f& corner : uv)
+            corner = {corner.x - column, corner.y - row};
+        return first_tile + static_cast<int>(column) + 10 * static_cast<int>(row);
+    }
+
+    /// Whether the picture is one of UDIM tiles: its name has "<UDIM>", or 1001 and other tiles lie beside it.
+    bool is_tiled(const MtlMaterial& mtl)
+    {
+        const auto [known, is_new] = tiled_.try_emplace(&mtl, mtl.picture.find(udim) != std::string::npos);
+        if (!is_new || known->second || with_tile(mtl.picture, "") == mtl.picture)
+            return known->second;
+        const auto first = picture_file(mtl, mtl.picture);
+        if (!first)
+            return false;
+        const auto beside = [&](const std::string& number)
+        { return first->parent_path() / with_tile(first->filename().string(), number); };
+        model_.looked_for.push_back(beside("????"));
+        for (int tile = first_tile + 1; tile < first_tile + tiles && !known->second; ++tile)
+            known->second = fs::is_regular_file(beside(std::to_string(tile)));
+        if (known->second)
+            model_.messages.push_back("\"" + mtl.picture + "\" is read with the UDIM tiles beside it");
+        return known->second;
+    }
+
+    /// The name of another tile: with this number for "<UDIM>" or for 1001.
+    static std::string with_tile(std::string name, const std::string& number)
+    {
+        const auto is_digit = [&](std::size_t at) { return at < name.size() && name[at] >= '0' && name[at] <= '9'; };
+        if (const auto at = name.find(udim); at != std::string::npos)
+            return name.replace(at, udim.size(), number);
+        const auto at = name.rfind(std::to_string(first_tile));
+        return at == std::string::npos || is_digit(at - 1) || is_digit(at + 4) ? name : name.replace(at, 4, number);
+    }
+
+    std::optional<fs::path> picture_file(const MtlMaterial& mtl, const std::string& name)
+    {
+        const fs::path& mtl_file = materials_.at(mtl.name).second;
+        const auto [known, is_new] = found_pictures_.try_emplace({mtl_file.parent_path(), name});
+        if (is_new)
+            known->second = found(name, fmt::format("{}:{}: map_Kd", mtl_file.string(), mtl.picture_line),
+                                  ": until then its faces have the color Kd", mtl_file.parent_path());
+        return known->second;
+    }
+
+    ModelMaterial obj_material(const MtlMaterial* mtl, int tile)
     {
         ModelMaterial material;
         material.vertex_colors = !model_.mesh.colors.empty();
         if (mtl == nullptr)
             return material;
         material.name = mtl->name;
-        if (!mtl->picture.empty() && has_texcoords)
+        const auto picture = tile == no_picture ? std::nullopt
+                             : tile == no_tile  ? picture_file(*mtl, mtl->picture)
+                                                : picture_file(*mtl, with_tile(mtl->picture, std::to_string(tile)));
+        if (picture)
         {
-            const fs::path& mtl_file = materials_.at(mtl->name).second;
-            const std::string place = fmt::format("{}:{}: map_Kd", mtl_file.string(), mtl->picture_line);
-            material.picture = picture_number(FileFolder(mtl_file).find(mtl->picture, place, shape_only));
-            material.wrap_u = material.wrap_v = mtl->clamp ? fresco::Wrap::clamp : fresco::Wrap::repeat;
+            material.picture = picture_number(*picture);
+            material.wrap_u = material.wrap_v = mtl->clamp || tile != no_tile ? fresco::Wrap::clamp : fresco::Wrap::repeat;
             material.vertex_colors = false;
         }
         else if (!material.vertex_colors)
@@ -216,20 +356,23 @@ class MaterialReader
     ModelMaterial ply_material(std::uint32_t picture)
     {
         ModelMaterial material;
+        material.vertex_colors = !model_.mesh.colors.empty();
         if (!named_.names.empty())
         {
             material.name = named_.names[picture].name;
             const auto rgb = static_cast<unsigned>(std::stoul(material.name.substr(1), nullptr, 16));
             material.color = linear_color({(rgb >> 16U) / 255.0, (rgb >> 8U & 255U) / 255.0, (rgb & 255U) / 255.0});
+            return material;
         }
-        else if (picture != MeshMaterials::none && !model_.mesh.texcoords.empty())
+        if (picture == MeshMaterials::none || model_.mesh.texcoords.empty())
+            return material;
+        const auto& name = named_.files.at(picture);
+        material.name = name.name;
+        if (const auto file = found(name.name, place_of(name, "comment TextureFile"), ": until then its faces have no picture"))
         {
-            const auto& name = named_.files.at(picture);
-            material.name = name.name;
-            material.picture = picture_number(folder_.find(name.name, place_of(name, "comment TextureFile"), shape_only));
+            material.picture = picture_number(*file);
+            material.vertex_colors = false;
         }
-        else
-            material.vertex_colors = !model_.mesh.colors.empty();
         return material;
     }
 
@@ -243,17 +386,17 @@ class MaterialReader
         return static_cast<int>(model_.pictures.size() - 1);
     }
 
-    static void place(fresco::Vec2f& uv, const MtlMaterial& mtl)
-    {
-        uv = {static_cast<float>(double{uv.x} * mtl.scale.x + mtl.offset.x),
-              static_cast<float>(double{uv.y} * mtl.scale.y + mtl.offset.y)};
-    }
-
     const fs::path& file_;
     FileFolder folder_;
     const MeshMaterials& named_;
+    bool is_strict_;
     FileModel& model_;
     std::map<std::string, std::pair<MtlMaterial, fs::path>> materials_;
+    std::map<std::pair<std::uint32_t, int>, std::uint32_t> numbers_;  ///< The materials, by name and tile.
+    std::map<std::pair<fs::path, std::string>, std::optional<fs::path>> found_pictures_;
+    std::map<const MtlMaterial*, bool> tiled_;
+    std::size_t without_texcoords_ = 0;
+    std::size_t outside_tiles_ = 0;
 };
 
 }  // namespace
@@ -296,7 +439,7 @@ std::vector<std::byte> without_profile(std::vector<std::byte> picture)
     return picture;
 }
 
-FileModel read_file_model(const fs::path& file, bool with_materials)
+FileModel read_file_model(const fs::path& file, bool with_materials, bool is_strict)
 {
     const std::string extension = fresco::lower_extension(file);
     if (extension == ".glb" || extension == ".gltf")
@@ -304,16 +447,15 @@ FileModel read_file_model(const fs::path& file, bool with_materials)
     if (extension != ".ply" && extension != ".obj")
         throw fresco::Error(file.string() + ": unknown extension; a model is read from a .ply, .obj, .glb or .gltf file");
     FileModel model;
+    MeshMaterials named;
+    model.mesh = fresco::read_mesh(file, {}, &model.report, &named);
     if (with_materials)
     {
-        MeshMaterials named;
-        model.mesh = fresco::read_mesh(file, {}, &model.report, &named);
-        MaterialReader reader(file, named, model);
+        MaterialReader reader(file, named, is_strict, model);
         extension == ".obj" ? reader.read_obj() : reader.read_ply();
     }
     else
     {
-        model.mesh = fresco::read_mesh(file, {}, &model.report);
         model.materials.emplace_back().vertex_colors = !model.mesh.colors.empty();
         model.material_of_face.assign(model.mesh.triangles.size(), 0);
     }

@@ -42,6 +42,8 @@ struct FileModel
     std::vector<std::uint32_t> material_of_face;
     std::vector<FilePicture> pictures;
     std::vector<std::filesystem::path> files_read;  ///< In addition to the model's own.
+    std::vector<std::filesystem::path> looked_for;  ///< Paths whose presence counts; '?' stands for any character.
+    std::vector<std::string> messages;
     std::vector<std::string> warnings;
     fresco::MeshReadReport report;
     bool split_vertices = false;  ///< The format splits vertices with several texcoords.
@@ -49,8 +51,9 @@ struct FileModel
 };
 
 /// Reads PLY, OBJ, GLB or glTF by the extension. Without materials: the shape, texcoords and vertex colors, and one material.
-/// Opens nothing outside of the file's folder. Throws MissingInput and Error, naming the file and the line, byte or entry.
-FileModel read_file_model(const std::filesystem::path& file, bool with_materials);
+/// Opens nothing outside of the file's folder. A material or picture that an OBJ or PLY names and that is missing gives a warning
+/// unless `is_strict`. Throws MissingInput and Error, naming the file and the line, byte or entry.
+FileModel read_file_model(const std::filesystem::path& file, bool with_materials, bool is_strict = false);
 
 /// The glTF part of read_file_model.
 FileModel read_gltf_model(const std::filesystem::path& file, bool with_materials);
@@ -62,18 +65,22 @@ inline constexpr std::string_view shape_only = ", or set materials: skip for the
 class FileFolder
 {
   public:
-    explicit FileFolder(const std::filesystem::path& model);
+    /// \param notes Receives what is looked for; must outlive this.
+    FileFolder(const std::filesystem::path& model, FileModel& notes);
 
-    /// The file of this name in the folder or below; backslashes also separate folders. `place` is the position of the name
-    /// ("room.obj:3: mtllib") and begins each message; `way_out` ends the one about a missing file. Throws MissingInput if there
-    /// is no such file; Error for an address, an absolute path, "..", and links that lead outside.
-    std::filesystem::path find(std::string_view name, std::string_view place, std::string_view way_out = {}) const;
+    /// The file of this name below `folder`, which is in the model's: the name itself, or what stands for it by the rules of
+    /// recordings::find_listed_files. Of a name that leads out, such as C:\room\a.png or ../a.png, the last parts count. `place`
+    /// is the position of the name ("room.obj:3: mtllib") and begins each message; `way_out` ends the one about a missing file.
+    /// Throws MissingInput if there is no such file; Error if two could be meant, and for links that lead outside.
+    std::filesystem::path find(std::string_view name, std::string_view place, std::string_view way_out = {},
+                               std::filesystem::path folder = {}) const;
 
     /// Whether find() would succeed.
     bool has(std::string_view name) const;
 
   private:
     std::filesystem::path folder_;
+    FileModel& notes_;
 };
 
 }  // namespace scan_mesh

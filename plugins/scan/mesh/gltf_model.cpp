@@ -226,7 +226,7 @@ class GltfPictures
 {
   public:
     GltfPictures(const GltfFile& gltf, const fs::path& file, FileModel& model)
-        : gltf_(gltf), file_(file), folder_(file), model_(model)
+        : gltf_(gltf), file_(file), folder_(file, model), model_(model)
     {
     }
 
@@ -542,7 +542,6 @@ class SceneReader
         {
             const Vec3d p = place.linear * Vec3d{rows.at(i, 0), rows.at(i, 1), rows.at(i, 2)} + place.origin;
             model_.report.positions.push_back(p);
-            model_.report.positions.push_back(p);
             model_.mesh.positions.push_back(fresco::vec_cast<float>(p));
             const auto& stored = model_.mesh.positions.back();
             if (!std::isfinite(stored.x) || !std::isfinite(stored.y) || !std::isfinite(stored.z))
@@ -639,7 +638,7 @@ FileModel read_gltf_model(const fs::path& file, bool with_materials)
         std::set<fs::path> buffers;
         const auto read_beside = [&](const std::string& uri, const std::string& place)
         {
-            model.files_read.push_back(FileFolder(file).find(fresco::gltf::decoded_uri(uri), place + "uri"));
+            model.files_read.push_back(FileFolder(file, model).find(fresco::gltf::decoded_uri(uri), place + "uri"));
             if (!buffers.insert(fs::canonical(model.files_read.back())).second)
                 throw Error(place + "uri: another buffer has the same file; export the model again");
             return fresco::read_file(model.files_read.back());

@@ -89,9 +89,6 @@ class MtlReader
             values[1] = values[2] = values[0];
         if ((count != 1 && count != 3) || !trimmed(rest).empty())
             fail("expected 'Kd R G B' with numbers from 0 to 1");
-        for (const double value : values)
-            if (value < 0 || value > 1)
-                fail("a color is outside 0 to 1");
         current().color = values;
     }
 
@@ -126,7 +123,7 @@ class MtlReader
         else if (name == "-mm" || name == "-t")
             numbers(rest, values);
         else if (name == "-blendu" || name == "-blendv" || name == "-cc" || name == "-boost" || name == "-bm" ||
-                 name == "-imfchan" || name == "-texres")
+                 name == "-imfchan" || name == "-texres" || name == "-type" || name == "-colorspace")
             next_word(rest);
         else
             fail("unknown option \"" + std::string(name.substr(0, 40)) + "\" of map_Kd");

@@ -17,7 +17,7 @@ namespace scan_mesh
 struct MtlMaterial
 {
     std::string name;
-    std::array<double, 3> color{1, 1, 1};  ///< Kd as written: displayed RGB.
+    std::array<double, 3> color{1, 1, 1};  ///< Kd as written: displayed RGB, from 0 to 1 where it is valid.
     std::string picture;                   ///< The file name of map_Kd; empty: none.
     std::size_t picture_line = 0;
     fresco::Vec2d scale{1, 1};  ///< uv of the picture = scale * uv + offset.

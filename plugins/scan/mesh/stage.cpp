@@ -1,12 +1,14 @@
+#include "blender.h"
 #include "file_model.h"
 #include "world_mesh.h"
 
 #include <fresco/files_io.h>
 #include <fresco/image_io.h>
-#include <fresco/recordings/parsing.h>
 #include <fresco/recordings/layout.h>
+#include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recorded_view.h>
 #include <fresco/stage.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,16 +19,16 @@ namespace
 
 class ScanMesh final : public fresco::Stage
 {
-    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, fresco::formats(scan_mesh::model_formats()),
-                                           "Mesh or model"};
+    fresco::Option<fresco::InputFile> path{this, "path", fresco::required, fresco::formats(formats()), "Mesh or model"};
     fresco::Option<double> unit_m{this, "unit_m", 1.0, fresco::range(1e-6, 1e6), "Meters per unit of the file"};
     fresco::Option<std::string> axes{this, "axes", "x y z",
                                      "Axes of the file that become the world's x, y and z; \"x -z y\" turns y up into z up"};
     fresco::Option<std::vector<double>> transform{
         this, "transform", std::vector<double>{},
         "Rigid 4x4 transform after unit_m and axes: 16 numbers, row by row, in meters; empty: none"};
-    fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
-                                          "skip: ignore the materials and pictures that the file names"};
+    fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "strict", "skip"}),
+                                          "read: go on without missing materials and pictures, with warnings; strict: refuse "
+                                          "the model; skip: ignore all that the file names"};
     fresco::Slot<fresco::ImageIo> images{this, fresco::optional, "Checks the pictures of a model; none: no check"};
 
     fresco::Input<fresco::Frames> frames{this, "frames", fresco::optional,
@@ -39,11 +41,17 @@ class ScanMesh final : public fresco::Stage
         const auto rotation = scan_mesh::axes_rotation(*axes);
         const auto world_from_file = transform->empty() ? fresco::RigidTransform{}
                                                         : fresco::recordings::rigid_transform(*transform, "option \"transform\"");
-        auto read = scan_mesh::read_file_model(path->path, *materials == "read");
+        auto read = read_model(run);
         for (const auto& file : read.files_read)
             run.reads_file(file);
+        for (const auto& pattern : read.looked_for)
+            fresco::recordings::looks_for(pattern, run);
+        const auto of_model = [&](const std::string& text)
+        { return text.starts_with(path->path.string()) ? text : path->path.filename().string() + ": " + text; };
+        for (const std::string& message : read.messages)
+            run.message(of_model(message));
         for (const std::string& warning : read.warnings)
-            run.warning(path->path.filename().string() + ": " + warning);
+            run.warning(of_model(warning));
         fresco::Mesh& surface = read.mesh;
         auto& positions = read.report.positions;
         const bool are_floats = std::ranges::all_of(
@@ -54,9 +62,8 @@ class ScanMesh final : public fresco::Stage
                                  : fresco::offset_for(positions));
         fresco::tell_offset(surface.offset_m, run);
         if (are_floats && surface.offset_m != fresco::Vec3d{})
-            run.warning(path->path.filename().string() +
-                        ": all its coordinates are floats, which are more than 0.1 mm apart so far from 0: export it in double "
-                        "(a PLY of type double, an OBJ with all digits) or nearer to 0");
+            run.warning(of_model("all its coordinates are floats, which are more than 0.1 mm apart so far from 0: export it in "
+                                 "double (a PLY of type double, an OBJ with all digits) or nearer to 0"));
         check_mesh(surface, path->path.string() + " in meters");
         run.report("vertices_joined", read.split_vertices ? scan_mesh::join_vertices(surface) : 0);
 
@@ -69,6 +76,36 @@ class ScanMesh final : public fresco::Stage
         tell(read, textured, run);
         model = std::move(textured);
         mesh = std::move(surface);
+    }
+
+    static std::vector<fresco::FileFormat> formats()
+    {
+        auto formats = scan_mesh::model_formats();
+        formats.push_back(scan_mesh::blender_format());
+        return formats;
+    }
+
+    scan_mesh::FileModel read_model(fresco::RunContext& run) const
+    {
+        const auto read = [&](const std::filesystem::path& file)
+        { return scan_mesh::read_file_model(file, *materials != "skip", *materials == "strict"); };
+        const auto extensions = scan_mesh::blender_format().extensions;
+        if (std::ranges::find(extensions, fresco::lower_extension(path->path)) == extensions.end())
+            return read(path->path);
+        const auto glb = scan_mesh::glb_by_blender(path->path, run);
+        const auto of_original = [&](const std::string& text)
+        { return fresco::recordings::renamed(text, glb, path->path.string()); };
+        try
+        {
+            auto converted = read(glb);
+            for (auto& picture : converted.pictures)
+                picture.name = of_original(picture.name);
+            return converted;
+        }
+        catch (const fresco::Error& error)
+        {
+            throw fresco::Error(of_original(error.what()));
+        }
     }
 
     /// Checks a picture and copies it into the model's folder. Returns its name there.

@@ -8,7 +8,6 @@
 
 using namespace fresco;
 using namespace model_samples;
-using Catch::Contains;
 using scan_mesh::FileModel;
 
 namespace
@@ -340,8 +339,8 @@ TEST_CASE("nothing outside of the file's folder is opened", "[scan.mesh]")
     std::filesystem::create_directory_symlink(outside.path(), outside.path() / "model/up");
     for (const std::string uri : {"../secret.bin", "..%2Fsecret.bin", "up/../../secret.bin", "..\\\\secret.bin",
                                   "https://example.org/a.bin", "file:///etc/passwd", "C:\\\\secret.bin"})
-        refused(uri, "is outside the model's folder");
-    refused((outside.path() / "secret.bin").string(), "is outside the model's folder");
+        refused(uri, "is not in ");
+    refused((outside.path() / "secret.bin").string(), "is not in ");
     refused("link.bin", "is a link to a file outside");
     refused("up/secret.bin", "is a link to a file outside");
     refused("missing.bin", "is not in " + (outside.path() / "model").string());

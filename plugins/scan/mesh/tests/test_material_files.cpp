@@ -10,7 +10,6 @@
 
 using namespace fresco;
 using namespace model_samples;
-using Catch::Contains;
 using scan_mesh::FileModel;
 using scan_mesh::read_file_model;
 
@@ -29,6 +28,10 @@ struct Files
         return folder.path() / name;
     }
     FileModel obj(const std::string& text) const { return read_file_model(write("a.obj", text), true); }
+    std::string strict_error(const std::string& text) const
+    {
+        return testing::error_of([&] { read_file_model(write("a.obj", text), true, true); });
+    }
     void picture(const std::string& name) const
     {
         write_file(folder.path() / name, stored_png::Codec().encode_png(Raster8(1, 1, 3)));
@@ -57,38 +60,135 @@ TEST_CASE("MTL: colors, pictures and the options of map_Kd", "[scan.mesh]")
     refused("Kd 1 1 1\n", "1: expected 'newmtl NAME'");
     refused("newmtl a\nKd 1 1\n", "2: expected 'Kd R G B'");
     refused("newmtl a\nKd 1 1 x\n", "2: expected 'Kd R G B'");
-    refused("newmtl a\nKd 1 1 2\n", "2: a color is outside 0 to 1");
     refused("newmtl a\nmap_Kd\n", "2: expected the name of a picture");
     refused("newmtl a\nmap_Kd -s x a.png\n", "2: expected a number after -s");
     refused("newmtl a\nmap_Kd -zoom 1 a.png\n", "2: unknown option \"-zoom\"");
 }
 
-TEST_CASE("what an OBJ names and what is missing is said with file and line", "[scan.mesh]")
+TEST_CASE("an OBJ without its materials or pictures keeps its shape and colors, with one warning each", "[scan.mesh]")
 {
     const Files files;
-    CHECK_THROWS_WITH(files.obj(triangle + "mtllib no such.mtl\nf 1/1 2/2 3/3\n"),
-                      Contains("a.obj:7: mtllib: \"no such.mtl\" is not in " + files.folder.path().string()) &&
-                          Contains("set materials: skip"));
-    CHECK_THROWS_AS(files.obj(triangle + "mtllib no.mtl\nf 1/1 2/2 3/3\n"), MissingInput);
-    files.write("my room.mtl", "newmtl wall\nmap_Kd textures\\wall 1.png\n");
-    const std::string wall = triangle + "mtllib my room.mtl\nusemtl wall\nf 1/1 2/2 3/3\n";
-    CHECK_THROWS_WITH(files.obj(wall), Contains("my room.mtl:2: map_Kd: \"textures\\wall 1.png\" is not in"));
-    CHECK_THROWS_WITH(files.obj(triangle + "mtllib my room.mtl\nusemtl floor\nf 1/1 2/2 3/3\n"),
-                      Contains("a.obj:8: usemtl: no file that mtllib names has \"newmtl floor\""));
-    std::filesystem::create_directories(files.folder.path() / "textures");
-    files.picture("textures/wall 1.png");
-    CHECK(files.obj(wall).pictures.at(0).file == files.folder.path() / "textures/wall 1.png");
-    files.write("my room.mtl", "newmtl wall\nmap_Kd /etc/wall.png\n");
-    CHECK_THROWS_WITH(files.obj(wall), Contains("my room.mtl:2: map_Kd: \"/etc/wall.png\" is outside the model's folder"));
-    CHECK(read_file_model(files.folder.path() / "a.obj", false).materials.size() == 1);
+    files.write("a.mtl",
+                "newmtl red\nKd 1.0001 0 -0.001\nnewmtl wall\nKd 0 1 0\nmap_Kd textures\\wall 1.png\nnewmtl hot\nKd 2 1 1\n");
+    const std::string named = triangle + "mtllib a.mtl\n";
+    const std::string faces = "f 1/1 2/2 3/3\nf 3/3 2/2 1/1\n";
+    struct Case
+    {
+        std::string text;
+        Vec3f color;
+        std::string warning;
+    };
+    const std::vector<Case> cases{
+        {triangle + "mtllib no such.mtl\nusemtl red\nusemtl b\n",
+         {1, 1, 1},
+         "a.obj:7: mtllib: \"no such.mtl\" is not in FOLDER, nor with"},
+        {triangle + "usemtl red\n", {1, 1, 1}, "a.obj:7: usemtl: no file that mtllib names has \"newmtl red\""},
+        {named + "usemtl x\nusemtl y\nusemtl z\n",
+         {1, 1, 1},
+         "a.obj:8: usemtl: no file that mtllib names has \"newmtl x\", and 2 more"},
+        {named + "usemtl wall\n",
+         {0, 1, 0},
+         "a.mtl:5: map_Kd: \"textures\\wall 1.png\" is not in FOLDER, nor with another case or by the last"},
+    };
+    for (auto [text, color, warning] : cases)
+    {
+        if (const auto at = warning.find("FOLDER"); at != std::string::npos)
+            warning.replace(at, 6, files.folder.path().string());
+        const auto model = files.obj(text + faces);
+        CHECK(model.mesh.triangles.size() == 2);
+        for (const std::uint32_t material : model.material_of_face)
+            CHECK(model.materials.at(material).color == color);
+        CHECK(model.pictures.empty());
+        CHECK(!model.looked_for.empty() == (warning.find(" is not in ") != std::string::npos));
+        REQUIRE(model.warnings.size() == (text.starts_with(named) ? 2 : 1));
+        CHECK_THAT(model.warnings.back() + model.warnings.front(), Contains(warning));
+        CHECK_THAT(files.strict_error(text + faces), Contains(warning) && Contains("set materials: skip"));
+        CHECK(read_file_model(files.folder.path() / "a.obj", false).materials.size() == 1);
+    }
+    CHECK_THROWS_AS(read_file_model(files.write("a.obj", triangle + "mtllib no.mtl\nf 1 2 3\n"), true, true), MissingInput);
+    const auto red = files.obj(named + "usemtl red\nf 1 2 3\n");
+    CHECK(red.materials.at(0).color == Vec3f{1, 0, 0});
+    CHECK_THAT(red.warnings.at(0), Contains("a.mtl: the color Kd 2 1 1 of \"hot\" is cut to 0 to 1"));
+    CHECK_THROWS_WITH(read_file_model(files.write("a.stl", "solid"), true), Contains("a .ply, .obj, .glb or .gltf file"));
+}
 
-    // Several libraries on one line; a material without a definition where no library is named.
-    files.write("one.mtl", "newmtl wall\nKd 0 0 0\n");
+TEST_CASE("files that an OBJ names by other paths are found below its folder, and nowhere else", "[scan.mesh]")
+{
+    const Files files;
+    const std::filesystem::path& folder = files.folder.path();
+    for (const char* below : {"room/textures", "room/mtl", "outside"})
+        std::filesystem::create_directories(folder / below);
+    for (const char* picture : {"room/textures/wall 1.png", "outside/wall 2.png", "room/wall 3.png"})
+        files.picture(picture);
+    const auto read = [&](const std::string& library, const std::string& picture)
+    {
+        files.write("room/mtl/A.mtl", "newmtl b\nmap_Kd " + picture + "\n");
+        return read_file_model(files.write("room/a.obj", triangle + "mtllib " + library + "\nusemtl b\nf 1/1 2/2 3/3\n"), true);
+    };
+    for (const char* name : {"../textures/wall 1.png", "..\\textures\\WALL 1.png", "C:\\me\\room\\Textures\\wall 1.png",
+                             "/home/me/textures/wall 1.png", "file:///me/textures/wall 1.png", "textures/./wall 1.png"})
+    {
+        CAPTURE(name);
+        const auto model = read("MTL\\a.mtl", name);
+        REQUIRE(model.pictures.size() == 1);
+        CHECK(std::filesystem::equivalent(model.pictures[0].file, folder / "room/textures/wall 1.png"));
+        CHECK(model.warnings.empty());
+        CHECK_THAT(model.messages.at(0), Contains("a.obj:7: mtllib: \"MTL\\a.mtl\" was found with another case: "));
+        CHECK_THAT(model.messages.at(1), Contains("map_Kd: ") && Contains("was found by the last parts of their paths: "));
+    }
+    for (const std::string& name : {std::string("../../outside/wall 2.png"), (folder / "outside/wall 2.png").string()})
+        CHECK_THAT(read("mtl/A.mtl", name).warnings.at(0), Contains("\"" + name + "\" is not in "));
+    CHECK(read("C:\\x\\A.mtl", "wall 3.png").pictures.size() == 0);
+    CHECK(read("mtl/A.mtl", "wall 3.png").pictures.size() == 1);
+    std::filesystem::create_symlink(folder / "outside/wall 2.png", folder / "room/wall 2.png");
+    CHECK_THROWS_WITH(read("mtl/A.mtl", "wall 2.png"), Contains("is a link to a file outside the model's folder"));
+    files.picture("room/textures/Wall 1.png");
+    CHECK_THROWS_WITH(read("mtl/A.mtl", "../textures/wALL 1.png"),
+                      Contains("A.mtl:2: map_Kd: ") && Contains("two files could be meant"));
+
+    // Several libraries on one line, of which one is missing.
     files.write("two.mtl", "newmtl floor\nKd 1 0.5 0\n");
     const auto two = files.obj(triangle + "mtllib one.mtl two.mtl\nusemtl floor\nf 1/1 2/2 3/3\n");
     CHECK(two.materials.at(0).color.y == Approx(0.2159).margin(1e-3));
-    CHECK(files.obj(triangle + "usemtl floor\nf 1/1 2/2 3/3\n").materials.at(0).color == Vec3f{1, 1, 1});
-    CHECK_THROWS_WITH(read_file_model(files.write("a.stl", "solid"), true), Contains("a .ply, .obj, .glb or .gltf file"));
+    CHECK_THAT(two.warnings.at(0), Contains("a.obj:7: mtllib: \"one.mtl\" is not in "));
+}
+
+TEST_CASE("the UDIM tiles of a picture are read by the texcoords of faces", "[scan.mesh]")
+{
+    const Files files;
+    files.picture("t.1001.png");
+    const auto read = [&](const std::string& picture)
+    {
+        files.write("a.mtl", "newmtl a\nKd 0 0 1\nmap_Kd " + picture + "\n");
+        return files.obj(
+            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 2 1\nvt 3 1\nvt 2 2\nvt -1 0\nvt -2 0\n"
+            "usemtl a\nf 1/1 2/2 3/3\nf 1/4 2/5 3/6\nf 1/3 2/1 3/7\n");
+    };
+    const auto repeated = read("t.1001.png");
+    CHECK(repeated.materials.size() == 1);
+    CHECK(repeated.materials[0].wrap_u == Wrap::repeat);
+    CHECK(repeated.mesh.texcoords[4] == Vec2f{3, 1});
+    files.picture("t.1013.png");
+    for (const char* name : {"t.1001.png", "t.<UDIM>.png"})
+    {
+        const auto tiled = read(name);
+        REQUIRE(tiled.materials.size() == 3);
+        CHECK(tiled.pictures.at(1).file.filename() == "t.1013.png");
+        CHECK(tiled.materials[1].picture == 1);
+        CHECK(tiled.materials[1].wrap_v == Wrap::clamp);
+        CHECK(tiled.mesh.texcoords[4] == Vec2f{1, 0});
+        CHECK(tiled.materials[2].picture == ModelMaterial::no_picture);
+        CHECK(tiled.materials[2].color == Vec3f{0, 0, 1});
+        CHECK_THAT(tiled.warnings.at(0), Contains("1 faces lie outside the UDIM tiles 1001 to 2000"));
+    }
+    files.picture("t.1002.png");
+    std::filesystem::remove(files.folder.path() / "t.1013.png");
+    const auto missing = read("t.1001.png");
+    CHECK(missing.materials.at(1).color == Vec3f{0, 0, 1});
+    CHECK_THAT(missing.warnings.at(0), Contains("map_Kd: \"t.1013.png\" is not in "));
+    files.picture("t.21001.png");
+    files.picture("t.21002.png");
+    CHECK(read("t.21001.png").materials.size() == 1);
 }
 
 TEST_CASE("map_Kd places the texcoords of its faces; faces without take the color", "[scan.mesh]")
@@ -105,6 +205,7 @@ TEST_CASE("map_Kd places the texcoords of its faces; faces without take the colo
     CHECK(model.materials[2].wrap_v == Wrap::repeat);
     CHECK(model.mesh.texcoords[1] == Vec2f{2, 0.5F});
     CHECK(model.mesh.texcoords[7] == Vec2f{1, 0});
+    CHECK(read_file_model(files.folder.path() / "a.obj", false).mesh.triangles.size() == 3);
     CHECK_THAT(model.warnings.at(0), Contains("1 faces have a picture but no texture coordinates"));
 }
 
@@ -128,8 +229,8 @@ TEST_CASE("a PLY without texcoords, or with more pictures than it chooses from, 
     const auto two = ply("comment TextureFile a.png\ncomment TextureFile b.png\n", uv, vertices);
     CHECK(two.materials.at(0).picture == 0);
     CHECK_THAT(two.warnings.at(0), Contains("2 pictures but has no face property texnumber"));
-    CHECK_THROWS_WITH(ply("comment TextureFile c.png\n", uv, vertices),
-                      Contains("a.ply:3: comment TextureFile: \"c.png\" is not in"));
+    CHECK_THAT(ply("comment TextureFile c.png\n", uv, vertices).warnings.at(0),
+               Contains("a.ply:3: comment TextureFile: \"c.png\" is not in"));
     const auto colored =
         ply("", "property uchar red\nproperty uchar green\nproperty uchar blue\n", "0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n");
     CHECK(colored.materials.at(0).vertex_colors);

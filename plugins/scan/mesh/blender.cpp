@@ -25,7 +25,7 @@ constexpr double most_seconds = 1800;
 constexpr double most_memory_mb = 32 * 1024;
 constexpr std::size_t kept_lines = 6;
 
-/// What the script says, and the last of what Blender prints.
+/// Reads what the script says, and keeps the last that Blender prints.
 struct Printed
 {
     std::string version;

@@ -91,15 +91,14 @@ fi
 
 if opencv_python=$(python_with numpy, zstandard, cv2); then
     "$opencv_python" "$source/tests/recordings/phones.py" write
-    {
-        echo "version: 1"
-        echo "stages:"
-        for recording in record3d room.r3d stray_scanner arkitscenes; do
-            layout=${recording#room.}
-            echo "  $layout: {type: scan.recording, path: $recording}"
-            echo "  of_$layout: {type: mesh.fuse, input: {frames: $layout}, voxel_m: 0.05}"
-        done
-    } >phones.yaml
+    cat >phones.yaml <<'YAML'
+version: 1
+stages:
+  record3d: {type: scan.recording, path: record3d}
+  r3d: {type: scan.recording, path: room.r3d}
+  stray_scanner: {type: scan.recording, path: stray_scanner}
+  arkitscenes: {type: scan.recording, path: arkitscenes}
+YAML
     run phones
     "$opencv_python" "$source/tests/recordings/phones.py" check
     "$opencv_python" "$source/tests/recordings/lenses.py" write

@@ -308,6 +308,16 @@ TEST_CASE_METHOD(FuseTest, "what cannot be fused is refused with a way out")
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"max_depth_m", 0.2}}, run), Contains("show no surface"));
     CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.1}, {"min_component_m2", 100}}, run),
                       Contains("at least min_component_m2"));
+    const auto empty = std::make_shared<Frames>(*frames);
+    for (Frame& frame : empty->frames)
+    {
+        frame.name += "-empty";
+        testing::set_depth_picture(frame, folder.path(), RasterF(frame.depth.intrinsics.width, frame.depth.intrinsics.height));
+    }
+    CHECK_THROWS_WITH(fuse_frames(empty, Value::Map{}, run), Contains("the depth pictures are empty"));
+    testing::TestRun warned;
+    fuse_frames(empty, Value::Map{}, warned, std::make_shared<Mesh>(testing::box({0, 0, 0}, {1, 1, 1})));
+    CHECK_THAT(warned.messages.front(), Contains("warning: the depth pictures are empty"));
     frames->frames[0].depth_picture = {};
     fuse_frames(frames, Value::Map{{"voxel_m", 0.1}}, run);
     CHECK(run.messages.back() == "warning: 1 of 6 frames have no depth picture and are left out");

@@ -180,7 +180,7 @@ TEST_CASE("Mesh: files are read in double, whatever type they declare as text", 
     expected.colors.clear();
     const Mesh mesh = parse_obj(bytes_of(text + "f 1 2 3\nf 1 3 4\n"), "floor.obj", {}, &report);
     check(mesh, report);
-    // What was written less an offset is read with it.
+    // A mesh that was written less an offset is read with it.
     const Mesh again = parse_ply(to_ply(mesh), "floor.ply", {}, &report);
     CHECK(same_mesh(again, mesh));
     CHECK(again.offset_m == offset);

@@ -23,7 +23,8 @@ class FramesLayout final : public Layout
     {
         const auto file = path() / "frames.json";
         run.reads_file(file);
-        listed_ = fresco::Frames::load({path(), {}})->frames;
+        const auto read = fresco::Frames::load({path(), {}});
+        listed_ = read->frames;
         Recording recording{.meshes = {path() / "mesh.ply"}};
         for (std::size_t i = 0; i < listed_.size(); ++i)
         {
@@ -38,6 +39,8 @@ class FramesLayout final : public Layout
             view.camera = frame.color.intrinsics;
             view.world_from_camera = frame.color.world_from_camera;
             view.depth_camera = frame.depth;
+            for (auto* const pose : {&view.world_from_camera, &view.depth_camera->world_from_camera})
+                pose->translation += read->offset_m;
             view.depth_unit_m = frame.depth_unit_m;
             view.source = fmt::format("{}: frame {}", file.string(), i);
             if (frame.color_picture.empty())

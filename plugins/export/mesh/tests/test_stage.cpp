@@ -239,6 +239,42 @@ TEST_CASE("only the picture: PNG and NPY hold every texel, JPEG its size")
     CHECK(stored_png::Codec().read_rgb(jpg.path("c.jpg")).width == 4);
     CHECK(jpg.report.at("texture_px").as_int() == 4);
 }
+TEST_CASE("a scan far from 0 is written less its offset, or with its own coordinates")
+{
+    TexturedMesh textured = two_squares();
+    textured.mesh.offset_m = {448'000, -5'411'000, 0};
+    Mesh bare = textured.mesh;
+    bare.texcoords.clear();
+    bare.triangles.pop_back();
+    for (const std::string name : {"room.obj", "room.ply"})
+        for (const bool has_picture : {true, false})
+        {
+            INFO(name << has_picture);
+            const auto written = [&](const Value& options)
+            { return has_picture ? exported(options, textured) : exported_mesh(options, bare); };
+            const auto original = written(Value::Map{{"path", name}, {"coordinates", "original"}, {"up", "auto"}});
+            MeshReadReport report;
+            const Mesh read = read_mesh(original.path(name), {}, &report);
+            CHECK_THAT(original.file.substr(0, 400), !Contains("offset_m"));
+            CHECK(read.offset_m == textured.mesh.offset_m);
+            check_same_corners(read, has_picture ? textured.mesh : bare);
+            CHECK(std::ranges::count(report.positions, Vec3d{448'002, -5'410'999, 0.3}) == 1);
+            CHECK(original.report.find("offset_m") == nullptr);
+
+            const auto local = written(Value::Map{{"path", name}});
+            const Mesh near = read_mesh(local.path(name));
+            CHECK(near.offset_m == (has_picture || name == "room.obj" ? Vec3d{} : textured.mesh.offset_m));
+            check_same_corners(near, has_picture ? textured.mesh : bare);
+            CHECK(local.report.at("offset_m") == Value(Value::List{448'000.0, -5'411'000.0, 0.0}));
+        }
+    CHECK_THROWS_WITH(exported(Value::Map{{"coordinates", "original"}, {"up", "y"}}, textured), Contains("remove option \"up\""));
+    // Turned, the offset is, too.
+    const Value turned = exported(Value::Map{{"up", "z"}}, textured).report.at("offset_m");
+    CHECK(turned.as_list().at(0).as_double() == Approx(448'000));
+    CHECK(turned.as_list().at(1).as_double() == Approx(0).margin(1e-6));
+    CHECK(turned.as_list().at(2).as_double() == Approx(5'411'000));
+}
+
 
 TEST_CASE("what cannot be exported is refused")
 {

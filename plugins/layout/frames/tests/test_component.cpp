@@ -53,6 +53,15 @@ TEST_CASE("cameras are those of the list, and pictures are stamped", "[layout.fr
     CHECK(frames[1].color_picture.hash == file_hash(recording.path / layout.color));
     recording.remove("mesh.ply");
     check_no_mesh(recording, "mesh.ply");
+    auto far = Frames::load({recording.path, {}});
+    far->offset_m = {448'000, 0, -2000};
+    far->save({recording.path, {}});
+    const auto again = recording.read().frames;
+    CHECK(again->offset_m == far->offset_m);
+    CHECK(length(again->frames[1].depth.world_from_camera.translation - frames[1].depth.world_from_camera.translation) < 1e-9);
+    write_mesh(recording.path / "mesh.ply");
+    CHECK_THROWS_WITH(recording.read(),
+                      Contains("mesh.ply: the mesh is 448 km from the cameras, around (0, 0, 0) and (448000, 0, -2000) m"));
 }
 
 TEST_CASE("pictures may be NPY files, and a mask may be either", "[layout.frames]")

@@ -138,15 +138,22 @@ std::string unreachable_text(int error)
     return error == ENAMETOOLONG ? "the path is too long" : std::string("cannot be reached: ") + std::strerror(error);
 }
 
+std::string known_kind(const fs::path& path, const std::vector<FileFormat>& formats)
+{
+    const OpenFile file(path);
+    const auto known = std::ranges::find_if(formats, [&](const FileFormat& format)
+                                            { return format.extensions.empty() && file.size() > 0 && begins(file, format); });
+    return known == formats.end() ? "" : known->name;
+}
+
 std::string file_problem(const fs::path& path, const std::vector<std::string>& extensions, const std::vector<FileFormat>& formats)
 {
     const OpenFile file(path);
     if (!file.is_readable())
         return "";
     const std::string shown = "'" + path.string() + "'";
-    for (const FileFormat& format : formats)
-        if (format.extensions.empty() && file.size() > 0 && begins(file, format))
-            return shown + " is " + format.name;
+    if (const std::string kind = known_kind(path, formats); !kind.empty())
+        return shown + " is " + kind;
     const std::string extension = lower_extension(path);
     if (std::ranges::find(extensions, extension) == extensions.end())
         return shown + (extension.empty() ? " has no extension" : " is a " + extension + " file") + "; expected " +

@@ -16,6 +16,9 @@ namespace fresco::host
 /// there.
 std::string unreachable_text(int error);
 
+/// The name of the format without extensions that a file is in: such formats are refused by what they are. Empty: none.
+std::string known_kind(const std::filesystem::path& file, const std::vector<FileFormat>& formats);
+
 /// Why a file cannot be what an option or reader wants that takes files with these extensions (".png") and in these formats:
 /// "'a.ply' is empty", "'a.ply' is not a PLY mesh". Empty where nothing speaks against it, for an extension without a format, and
 /// for a file that cannot be read. Reads a few kilobytes of a file that is fine.

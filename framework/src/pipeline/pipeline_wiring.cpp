@@ -1,5 +1,6 @@
 #include "pipeline/pipeline_wiring.h"
 #include "base/common.h"
+#include "base/file_contents.h"
 #include <fresco/command.h>
 #include <fresco/wording.h>
 
@@ -343,6 +344,7 @@ bool wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node, Typ
     std::vector<std::pair<KnownType, const PortDeclaration*>> readers;
     std::set<std::string> extensions;
     std::vector<std::string> ways;
+    std::string kind;
     for (const TypeDescription* description : types.catalog().types("reader"))
         for (const PortDeclaration* input : inputs)
             if (const KnownType reader = types.find(description->type, "reader");
@@ -350,12 +352,15 @@ bool wire_file(StageDraft& stage, const Ports& inputs, const YamlNode& node, Typ
             {
                 const std::vector<std::string>& known = reader.declaration->extensions;
                 extensions.insert(known.begin(), known.end());
+                kind = kind.empty() ? known_kind(absolute, reader.declaration->formats) : kind;
                 if (std::ranges::find(known, extension) == known.end())
                     continue;
                 readers.emplace_back(reader, input);
                 ways.push_back((inputs.size() == 1 ? "type: " : input->name + " by ") + description->type);
             }
-    if (readers.empty())
+    if (readers.empty() && !kind.empty())
+        problems.add(file, user + ": '" + absolute.filename().string() + "' is " + kind, ProblemKind::missing_input);
+    else if (readers.empty())
         problems.add(file, stage.title() + ": " + (type ? "'" + *type + "' makes no " : "no reader makes ") +
                                join(each(inputs, &PortDeclaration::artifact)) + " from '" + absolute.filename().string() + "'" +
                                (extensions.empty() ? "" : "; expected " + join({extensions.begin(), extensions.end()}, " or ")));

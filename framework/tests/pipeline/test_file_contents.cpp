@@ -103,7 +103,9 @@ TEST_CASE("Files of options and inputs are looked at when the pipeline is checke
                       R"json({"name": "path", "kind": "input_file", "required": true, "extensions": [".ply"], "help": "",
                               "formats": [)json" +
                           fresco::to_json(fresco::ply_format().describe()) + "]}"));
+    catalog.add(stage("style.pass", "style image", ""));
     const TemporaryFolder folder;
+    folder.write("a.ktx2", "\xabKTX 20\xbb\r\n");
     folder.write("room.ply", "hello\n");
     folder.write("good.ply", ply_text);
     folder.write("folder.ply/a", "");
@@ -113,6 +115,8 @@ TEST_CASE("Files of options and inputs are looked at when the pipeline is checke
              {"{type: mesh.pass, input: {file: good.ply}}", ""},
              {"{type: scan.file, path: room.ply}", "p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + shown},
              {"{type: mesh.pass, input: {file: room.ply}}", "p.yaml:3:38: error: stage 'a' (mesh.pass): input 'mesh': " + shown},
+             {"{type: style.pass, input: {file: a.ktx2}}",
+              "p.yaml:3:39: error: stage 'a' (style.pass): input 'style': 'a.ktx2' is " + fresco::picture_formats().back().name},
              // Once, as what it is.
              {"{type: scan.file, path: folder.ply}", "p.yaml:3:30: error: stage 'a' (scan.file): option 'path': " + is_folder}})
     {

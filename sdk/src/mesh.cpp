@@ -125,13 +125,18 @@ Vec3d offset_for(std::span<const Vec3d> points)
         return along[rank];
     };
     const std::size_t strays = points.size() / 8;
+    // Cameras in millimeters are at one height, so the widest axis decides for all.
+    double spread = 0;
+    Vec3d middle;
     for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
     {
         std::ranges::transform(points, along.begin(), axis);
-        const double median = along.empty() ? 0 : ranked(along.size() / 2);
-        if (std::abs(median) >= coarse_m && std::abs(median) > ranked(along.size() - 1 - strays) - ranked(strays))
-            offset.*axis = std::round(median / offset_step_m) * offset_step_m;
+        middle.*axis = along.empty() ? 0 : ranked(along.size() / 2);
+        spread = along.empty() ? 0 : std::max(spread, ranked(along.size() - 1 - strays) - ranked(strays));
     }
+    for (const auto axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
+        if (std::abs(middle.*axis) >= coarse_m && std::abs(middle.*axis) > spread)
+            offset.*axis = std::round(middle.*axis / offset_step_m) * offset_step_m;
     return offset;
 }
 

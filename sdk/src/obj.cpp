@@ -66,7 +66,8 @@ class ObjReader
     /// The whole statement where a line ends in a backslash; `joined` holds its text then.
     std::string_view continued(std::string_view line, std::string& joined)
     {
-        if (line.empty() || line.back() != '\\')
+        const bool is_comment = line.substr(0, line.find_first_not_of(" \t") + 1).ends_with('#');
+        if (line.empty() || line.back() != '\\' || is_comment)
             return line;
         joined.clear();
         while (!line.empty() && line.back() == '\\')

@@ -48,8 +48,9 @@ void write_folder(const fs::path& folder, const std::vector<TextFile>& files)
     catch (...)
     {
         std::error_code ignored;
-        for (const auto& entry : fs::directory_iterator(folder, ignored))
-            fs::remove_all(entry, ignored);
+        for (const auto& file : files)
+            for (fs::path each = file.path; !each.empty() && fs::remove(folder / each, ignored); each = each.parent_path())
+                ;
         throw;
     }
 }

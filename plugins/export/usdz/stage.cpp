@@ -37,6 +37,7 @@ class ExportUsdz final : public Stage
     void run(RunContext& run) override
     {
         check_textured_mesh(*textured_mesh, "the mesh on port 'textured_mesh'");
+        tell_offset(textured_mesh->mesh.offset_m, run);
         const WeldedMesh welded = weld(up.standing(textured_mesh->mesh, {0, 1, 0}, run));
         const PictureOptions::Encoded image = picture.encoded(*textured_mesh, picture.extension(), run);
         const std::string extension = picture.extension();

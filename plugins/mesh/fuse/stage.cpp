@@ -264,8 +264,9 @@ class MeshFuse final : public Stage
         }
         const bool overlap = overlapping >= fewest_overlapping_frames && sum.covered() >= fewest_compared_depths &&
                              sum.in_front > inspect::hardly_in_front * sum.covered();
+        // The extraction refuses frames of which all the others are empty, too.
         if (!given.has_value() && is_empty)
-            throw Error(text);
+            return run.warning(text);
         if (!given.has_value() && !overlap && !(is_explained && is_certain))
             return run.message("depth pictures overlap too little to tell whether the poses are right");
         if (is_certain && sum.share() < wrong_share)

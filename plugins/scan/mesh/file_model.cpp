@@ -4,7 +4,6 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/recordings/listed_files.h>
 #include <fresco/texturing/texture_pictures.h>
 #include <fresco/wording.h>
 
@@ -15,6 +14,7 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -22,89 +22,6 @@ namespace scan_mesh
 {
 
 namespace fs = std::filesystem;
-
-namespace
-{
-
-/// The part of a name that can be below a folder: the name, or what follows a drive, a scheme, the root and the last "..".
-std::string part_below(std::string_view name)
-{
-    std::string text(name);
-    std::ranges::replace(text, '\\', '/');
-    const auto colon = text.find(':');
-    const bool has_scheme = colon != std::string::npos && colon > 0 && text.find_first_of("/ .") > colon;
-    const fs::path path = fs::path(has_scheme ? text.substr(colon + 1) : text).lexically_normal();
-    if (!has_scheme && path.is_relative() && text.find("..") == std::string::npos)
-        return std::string(name);
-    fs::path below;
-    for (const auto& part : path.relative_path())
-        if (part != "..")
-            below /= part;
-    return below.string();
-}
-
-bool is_inside(const fs::path& file, const fs::path& folder)
-{
-    const auto [in_folder, in_file] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
-    return in_folder == folder.end() && in_file != file.end();
-}
-
-}  // namespace
-
-FileFolder::FileFolder(const fs::path& model, FileModel& notes)
-    : folder_(model.parent_path().empty() ? fs::path(".") : model.parent_path()), notes_(notes)
-{
-}
-
-fs::path FileFolder::find(std::string_view name, std::string_view place, std::string_view way_out, fs::path folder) const
-{
-    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
-    std::string shown(name.substr(0, 200));
-    std::ranges::replace_if(shown, is_control, '?');
-    const std::string begin = std::string(place) + ": \"" + shown + "\" ";
-    const std::string below = part_below(name);
-    if (below.empty() || std::ranges::any_of(name, is_control))
-        throw fresco::Error(begin + "is not a file name");
-    if (folder.empty())
-        folder = folder_;
-    fs::path file;
-    try
-    {
-        const std::string found = fresco::recordings::find_listed_files(
-            {{folder, below, &file, false}}, folder_, [&](const fs::path& pattern) { notes_.looked_for.push_back(pattern); });
-        if (!found.empty())
-            notes_.messages.push_back(std::string(place) + ": " + found);
-    }
-    catch (const fresco::Error& error)
-    {
-        throw fresco::Error(std::string(place) + ": " + error.what());
-    }
-    std::error_code error;
-    if (!fs::is_regular_file(file, error))
-        throw fresco::MissingInput(begin + "is not in " + folder.string() +
-                                   (below.find_first_of("/\\") == std::string::npos && below == name
-                                        ? ", nor with another case"
-                                        : ", nor with another case or by the last parts of its path") +
-                                   "; put it there" + std::string(way_out));
-    if (!is_inside(fs::canonical(file), fs::canonical(folder_)))
-        throw fresco::Error(begin + "is a link to a file outside the model's folder; put the file itself there");
-    return file;
-}
-
-bool FileFolder::has(std::string_view name) const
-{
-    const auto messages = notes_.messages;
-    bool is_there = false;
-    try
-    {
-        is_there = !find(name, "").empty();
-    }
-    catch (const fresco::Error&)
-    {
-    }
-    notes_.messages = messages;
-    return is_there;
-}
 
 namespace
 {
@@ -194,7 +111,7 @@ class MaterialReader
         return fmt::format("{}:{}: {}", file_.string(), name.line, keyword);
     }
 
-    /// FileFolder::find. Without the file: an error if strict, else none and a warning that ends in `otherwise`.
+    /// ModelFolder::find. Without the file: an error if strict, else none and a warning that ends in `otherwise`.
     std::optional<fs::path> found(std::string_view name, const std::string& place, std::string_view otherwise,
                                   const fs::path& folder = {})
     {
@@ -214,8 +131,11 @@ class MaterialReader
     /// mtllib may be followed by one name with spaces or by several names.
     std::vector<std::string> library_names(const fresco::MeshFileName& library) const
     {
+        constexpr std::size_t most_names = 64;
         std::vector<std::string> names;
-        for (std::size_t at = 0; at < library.name.size() && !folder_.has(library.name);)
+        if (folder_.has(library.name))
+            return {library.name};
+        for (std::size_t at = 0; at < library.name.size() && names.size() < most_names;)
         {
             const std::size_t end = std::min(library.name.find_first_of(" \t", at), library.name.size());
             if (end > at)
@@ -229,7 +149,11 @@ class MaterialReader
     void read_libraries()
     {
         bool are_all_there = true;
+        std::set<std::string> seen;
         for (const auto& library : named_.files)
+        {
+            if (!seen.insert(library.name).second)
+                continue;
             for (const std::string& name : library_names(library))
             {
                 const auto mtl = found(name, place_of(library, "mtllib"), ": until then its materials are white");
@@ -243,6 +167,7 @@ class MaterialReader
                     materials_.try_emplace(material.name, std::move(material), *mtl);
                 }
             }
+        }
         std::vector<fresco::MeshFileName> undefined;
         std::ranges::copy_if(named_.names, std::back_inserter(undefined),
                              [&](const auto& name) { return !materials_.contains(name.name); });
@@ -299,6 +224,13 @@ class MaterialReader
         const auto [known, is_new] = tiled_.try_emplace(&mtl, mtl.picture.find(udim) != std::string::npos);
         if (!is_new || known->second || with_tile(mtl.picture, "") == mtl.picture)
             return known->second;
+        // Other materials' pictures are no tiles of this one.
+        std::set<std::string> others;
+        for (const auto& [name, material] : materials_)
+            others.insert(material.first.picture);
+        for (int tile = first_tile + 1; tile < first_tile + tiles; ++tile)
+            if (others.contains(with_tile(mtl.picture, std::to_string(tile))))
+                return false;
         const auto first = picture_file(mtl, mtl.picture);
         if (!first)
             return false;
@@ -387,7 +319,7 @@ class MaterialReader
     }
 
     const fs::path& file_;
-    FileFolder folder_;
+    fresco::recordings::ModelFolder folder_;
     const MeshMaterials& named_;
     bool is_strict_;
     FileModel& model_;

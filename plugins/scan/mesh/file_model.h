@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/mesh.h>
+#include <fresco/recordings/listed_files.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -35,15 +36,13 @@ std::string_view suffix_of(std::span<const std::byte> picture);
 std::vector<std::byte> without_profile(std::vector<std::byte> picture);
 
 /// A model as read, in the file's axes and unit.
-struct FileModel
+struct FileModel : fresco::recordings::FileNotes
 {
     fresco::Mesh mesh;
     std::vector<fresco::ModelMaterial> materials;
     std::vector<std::uint32_t> material_of_face;
     std::vector<FilePicture> pictures;
     std::vector<std::filesystem::path> files_read;  ///< In addition to the model's own.
-    std::vector<std::filesystem::path> looked_for;  ///< Paths whose presence counts; '?' stands for any character.
-    std::vector<std::string> messages;
     std::vector<std::string> warnings;
     fresco::MeshReadReport report;
     bool split_vertices = false;  ///< The format splits vertices with several texcoords.
@@ -60,27 +59,5 @@ FileModel read_gltf_model(const std::filesystem::path& file, bool with_materials
 
 /// The advice at the end of errors about missing materials and pictures.
 inline constexpr std::string_view shape_only = ", or set materials: skip for the shape only";
-
-/// The folder of a model, for finding the files that the model names. Never leads outside of the folder.
-class FileFolder
-{
-  public:
-    /// \param notes Receives what is looked for; must outlive this.
-    FileFolder(const std::filesystem::path& model, FileModel& notes);
-
-    /// The file of this name below `folder`, which is in the model's: the name itself, or what stands for it by the rules of
-    /// recordings::find_listed_files. Of a name that leads out, such as C:\room\a.png or ../a.png, the last parts count. `place`
-    /// is the position of the name ("room.obj:3: mtllib") and begins each message; `way_out` ends the one about a missing file.
-    /// Throws MissingInput if there is no such file; Error if two could be meant, and for links that lead outside.
-    std::filesystem::path find(std::string_view name, std::string_view place, std::string_view way_out = {},
-                               std::filesystem::path folder = {}) const;
-
-    /// Whether find() would succeed.
-    bool has(std::string_view name) const;
-
-  private:
-    std::filesystem::path folder_;
-    FileModel& notes_;
-};
 
 }  // namespace scan_mesh

@@ -3,6 +3,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/gltf/gltf_file.h>
+#include <fresco/gltf/scene.h>
 #include <fresco/math.h>
 #include <fresco/mesh.h>
 #include <fresco/numerics/numerics.h>
@@ -31,6 +32,7 @@ using fresco::Error;
 using fresco::Vec3d;
 using fresco::gltf::accessor_rows;
 using fresco::gltf::AccessorRows;
+using fresco::gltf::Affine;
 using fresco::gltf::entry;
 using fresco::gltf::GltfFile;
 
@@ -287,7 +289,7 @@ class GltfPictures
 
     const GltfFile& gltf_;
     const fs::path& file_;
-    FileFolder folder_;
+    fresco::recordings::ModelFolder folder_;
     FileModel& model_;
     std::map<int, int> numbers_;  ///< Numbers of images.
     std::map<std::pair<const std::byte*, std::size_t>, int> of_bytes_;
@@ -295,62 +297,10 @@ class GltfPictures
     std::size_t taken_bytes_ = 0;  ///< From buffers.
 };
 
-/// A node's place: world = linear * p + origin.
-struct Affine
-{
-    fresco::Mat3 linear;
-    Vec3d origin;
-};
-
-Affine operator*(const Affine& a, const Affine& b)
-{
-    return {a.linear * b.linear, a.linear * b.origin + a.origin};
-}
-
-fresco::Mat3 rotation_of(const std::vector<double>& q)
-{
-    const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(norm > 0.5) || !(norm < 2))
-        throw Error("rotation: expected a quaternion of length 1");
-    return fresco::numerics::rotation_of(q[3] / norm, q[0] / norm, q[1] / norm, q[2] / norm);
-}
-
-Affine place_of(const tinygltf::Node& node)
-{
-    const auto check = [](const std::vector<double>& values, std::size_t expected, const char* what)
-    {
-        bool good = values.empty() || values.size() == expected;
-        for (const double value : values)
-            good = good && std::isfinite(value);
-        if (!good)
-            throw Error(fmt::format("{}: expected {} finite numbers", what, expected));
-        return !values.empty();
-    };
-    Affine place;
-    if (check(node.matrix, 16, "matrix"))
-    {
-        for (int row = 0; row < 3; ++row)
-            for (int column = 0; column < 3; ++column)
-                place.linear(row, column) = node.matrix[4 * static_cast<std::size_t>(column) + static_cast<std::size_t>(row)];
-        place.origin = {node.matrix[12], node.matrix[13], node.matrix[14]};
-        if (node.matrix[3] != 0 || node.matrix[7] != 0 || node.matrix[11] != 0 || node.matrix[15] != 1)
-            throw Error("matrix: expected 0, 0, 0, 1 in the last row");
-        return place;
-    }
-    if (check(node.rotation, 4, "rotation"))
-        place.linear = rotation_of(node.rotation);
-    if (check(node.scale, 3, "scale"))
-        for (int row = 0; row < 3; ++row)
-            for (int column = 0; column < 3; ++column)
-                place.linear(row, column) *= node.scale[static_cast<std::size_t>(column)];
-    if (check(node.translation, 3, "translation"))
-        place.origin = {node.translation[0], node.translation[1], node.translation[2]};
-    return place;
-}
-
 /// The copies of a node's mesh that EXT_mesh_gpu_instancing makes, within the node; one without it. Throws Error.
 std::vector<Affine> copies_of(const GltfFile& gltf, const tinygltf::Node& node)
 {
+    constexpr std::size_t most_copies = 1'000'000;
     const auto* const instancing = find(node.extensions, "EXT_mesh_gpu_instancing");
     const auto attributes = instancing != nullptr ? instancing->Get("attributes") : tinygltf::Value();
     constexpr std::array names{"TRANSLATION", "ROTATION", "SCALE"};
@@ -365,6 +315,8 @@ std::vector<Affine> copies_of(const GltfFile& gltf, const tinygltf::Node& node)
         if (count > 0 && rows[i].count != count)
             throw Error(fmt::format("{} of {} copies; expected {}", names[i], rows[i].count, count));
         count = rows[i].count;
+        if (count > most_copies)
+            throw Error(fmt::format("{} copies; at most {} are read", count, most_copies));
     }
     std::vector<Affine> copies(std::max<std::size_t>(count, 1));
     for (std::size_t copy = 0; copy < count; ++copy)
@@ -374,7 +326,7 @@ std::vector<Affine> copies_of(const GltfFile& gltf, const tinygltf::Node& node)
         for (std::size_t i = 0; i < rows.size(); ++i)
             for (std::size_t k = 0; k < (rows[i].first != nullptr ? rows[i].components : 0); ++k)
                 values[i]->push_back(rows[i].at(copy, k));
-        copies[copy] = place_of(place);
+        copies[copy] = fresco::gltf::place_of(place);
     }
     return copies;
 }
@@ -389,7 +341,7 @@ class SceneReader
 
     void read()
     {
-        for (const auto& [node, place] : placed_nodes())
+        for (const auto& [node, place] : fresco::gltf::placed_nodes(gltf_.model))
             if (gltf_.model.nodes[node].mesh >= 0)
                 add_mesh(node, place);
         if (model_.mesh.triangles.empty())
@@ -403,55 +355,6 @@ class SceneReader
     }
 
   private:
-    /// Nodes of the scene, each once, in the order of the file's tree.
-    std::vector<std::pair<std::size_t, Affine>> placed_nodes() const
-    {
-        std::set<std::size_t> seen;
-        std::vector<std::pair<int, Affine>> open;
-        const auto push = [&](const std::vector<int>& children, const Affine& parent)
-        {
-            for (const int child : std::vector<int>(children.rbegin(), children.rend()))
-                open.emplace_back(child, parent);
-        };
-        push(roots(), {});
-        std::vector<std::pair<std::size_t, Affine>> placed;
-        while (!open.empty())
-        {
-            const auto [number, parent] = open.back();
-            open.pop_back();
-            const tinygltf::Node& source = element(gltf_.model.nodes, number, "node");
-            const auto node = static_cast<std::size_t>(number);
-            if (!seen.insert(node).second)
-                throw Error(entry("nodes", node) + "the node appears twice in the tree");
-            try
-            {
-                placed.emplace_back(node, parent * place_of(source));
-            }
-            catch (const Error& error)
-            {
-                throw Error(entry("nodes", node) + error.what());
-            }
-            push(source.children, placed.back().second);
-        }
-        return placed;
-    }
-
-    /// The nodes of the scene; without scenes those that are nobody's children.
-    std::vector<int> roots() const
-    {
-        const auto& scenes = gltf_.model.scenes;
-        if (!scenes.empty())
-            return element(scenes, std::max(gltf_.model.defaultScene, 0), "scene").nodes;
-        std::set<int> children;
-        for (const auto& node : gltf_.model.nodes)
-            children.insert(node.children.begin(), node.children.end());
-        std::vector<int> result;
-        for (int node = 0; node < static_cast<int>(gltf_.model.nodes.size()); ++node)
-            if (!children.contains(node))
-                result.push_back(node);
-        return result;
-    }
-
     void add_mesh(std::size_t node, const Affine& place)
     {
         const auto mesh = static_cast<std::size_t>(gltf_.model.nodes[node].mesh);
@@ -491,6 +394,12 @@ class SceneReader
             return found == primitive.attributes.end() ? -1 : found->second;
         };
         is_posed_ = is_posed_ || !primitive.targets.empty();
+        if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
+            primitive.mode != TINYGLTF_MODE_TRIANGLE_FAN)
+        {
+            ++skipped_;
+            return;
+        }
         const AccessorRows positions = accessor_rows(gltf_.model, attribute("POSITION"), 3, 3);
         const auto corners = fresco::gltf::triangle_indices(gltf_.model, primitive.indices, primitive.mode, positions.count);
         if (corners.empty())
@@ -605,6 +514,8 @@ class SceneReader
         if (std::ranges::find(used, "KHR_materials_variants") != used.end())
             model_.warnings.emplace_back(
                 "it has variants of its materials (KHR_materials_variants): the one shown at first is read");
+        if (std::ranges::find(used, "KHR_node_visibility") != used.end())
+            model_.warnings.emplace_back("nodes that it hides (KHR_node_visibility) are read, too");
         if (is_posed_)
             model_.warnings.emplace_back("skins and morph targets are not applied: the shape is the one without them");
         if (skipped_ > 0)
@@ -638,7 +549,8 @@ FileModel read_gltf_model(const fs::path& file, bool with_materials)
         std::set<fs::path> buffers;
         const auto read_beside = [&](const std::string& uri, const std::string& place)
         {
-            model.files_read.push_back(FileFolder(file, model).find(fresco::gltf::decoded_uri(uri), place + "uri"));
+            model.files_read.push_back(
+                fresco::recordings::ModelFolder(file, model).find(fresco::gltf::decoded_uri(uri), place + "uri"));
             if (!buffers.insert(fs::canonical(model.files_read.back())).second)
                 throw Error(place + "uri: another buffer has the same file; export the model again");
             return fresco::read_file(model.files_read.back());

@@ -54,8 +54,8 @@ class ScanMesh final : public fresco::Stage
             run.warning(of_model(warning));
         fresco::Mesh& surface = read.mesh;
         auto& positions = read.report.positions;
-        const bool are_floats = std::ranges::all_of(
-            positions, [](fresco::Vec3d p) { return fresco::vec_cast<double>(fresco::vec_cast<float>(p)) == p; });
+        const bool are_floats = std::ranges::all_of(positions, [](fresco::Vec3d p)
+                                                    { return fresco::vec_cast<double>(fresco::vec_cast<float>(p)) == p; });
         scan_mesh::to_world(positions, *unit_m, rotation, world_from_file);
         place(surface, positions,
               frames.has_value() ? fresco::recordings::offset_beside(frames->offset_m, positions, path->path.string())

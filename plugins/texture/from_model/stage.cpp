@@ -41,6 +41,10 @@ class TextureFromModel final : public Stage
     {
         check_model(*model, "the model on port 'model'");
         texturing::check_has_atlas(*mesh, "the mesh on port 'mesh'", "an atlas.* stage");
+        if (model->mesh.offset_m != mesh->offset_m)
+            throw Error(
+                "the model and the mesh are stored less different offsets (offset_m): wire the frames of the recording to port "
+                "'frames' of the scan.mesh stage");
         texturing::check_layout(*mesh, "the mesh on port 'mesh'", run);
         const int size = painted_size_px(*size_px, mesh->texture_px, "the mesh on port 'mesh'", run);
         const ColorSource source = color_source(*model);

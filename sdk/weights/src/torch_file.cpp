@@ -148,10 +148,14 @@ StateDict parse_zip_pickle(std::span<const std::byte> bytes, std::string_view so
     if (machine.position() != pickle.size())
         machine.fail(machine.position(), "bytes after the pickle");
     std::vector<std::span<const std::byte>> contents;
+    std::size_t all_bytes = 0;
     for (const auto& storage : machine.storages())
     {
         const std::string entry = folder + "data/" + std::string(storage.key);
         contents.push_back(archive.contents(entry));
+        all_bytes += contents.back().size();
+        if (all_bytes > bytes.size())
+            throw Error(fmt::format("{}: entry '{}' overlaps another", source, entry));
         const std::size_t size = size_of(storage.type);
         if (contents.back().size() % size != 0 || contents.back().size() / size != storage.count)
             throw Error(fmt::format("{}: entry '{}' has {} bytes, not {} elements of {}", source, entry, contents.back().size(),

@@ -314,8 +314,10 @@ TEST_CASE_METHOD(FuseTest, "what cannot be fused is refused with a way out")
         frame.name += "-empty";
         testing::set_depth_picture(frame, folder.path(), RasterF(frame.depth.intrinsics.width, frame.depth.intrinsics.height));
     }
-    CHECK_THROWS_WITH(fuse_frames(empty, Value::Map{}, run), Contains("the depth pictures are empty"));
     testing::TestRun warned;
+    CHECK_THROWS_WITH(fuse_frames(empty, Value::Map{}, warned), Contains("show no surface"));
+    CHECK_THAT(warned.messages.front(), Contains("warning: the depth pictures are empty"));
+    warned.messages.clear();
     fuse_frames(empty, Value::Map{}, warned, std::make_shared<Mesh>(testing::box({0, 0, 0}, {1, 1, 1})));
     CHECK_THAT(warned.messages.front(), Contains("warning: the depth pictures are empty"));
     frames->frames[0].depth_picture = {};

@@ -9,7 +9,6 @@
 
 using namespace fresco;
 using namespace model_samples;
-using Catch::Contains;
 using scan_mesh::FileModel;
 
 namespace

@@ -8,7 +8,6 @@
 
 using namespace fresco;
 using namespace model_samples;
-using Catch::Contains;
 
 namespace
 {

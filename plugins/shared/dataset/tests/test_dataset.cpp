@@ -9,7 +9,6 @@
 #include <functional>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {

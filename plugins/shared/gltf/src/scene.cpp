@@ -24,17 +24,35 @@ const auto& element(const List& list, int index, const char* what)
     return list[static_cast<std::size_t>(index)];
 }
 
-Affine operator*(const Affine& a, const Affine& b)
-{
-    return {a.linear * b.linear, a.linear * b.origin + a.origin};
-}
-
 Mat3 rotation_of(const std::vector<double>& q)
 {
     const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (!(norm > 0.5) || !(norm < 2))
         throw Error("rotation: expected a quaternion of length 1");
     return numerics::rotation_of(q[3] / norm, q[0] / norm, q[1] / norm, q[2] / norm);
+}
+
+/// The nodes of the scene; without scenes those that are nobody's children.
+std::vector<int> roots(const tinygltf::Model& model)
+{
+    const auto& scenes = model.scenes;
+    if (!scenes.empty())
+        return element(scenes, std::max(model.defaultScene, 0), "scene").nodes;
+    std::set<int> children;
+    for (const auto& node : model.nodes)
+        children.insert(node.children.begin(), node.children.end());
+    std::vector<int> result;
+    for (int node = 0; node < static_cast<int>(model.nodes.size()); ++node)
+        if (!children.contains(node))
+            result.push_back(node);
+    return result;
+}
+
+}  // namespace
+
+Affine operator*(const Affine& a, const Affine& b)
+{
+    return {a.linear * b.linear, a.linear * b.origin + a.origin};
 }
 
 Affine place_of(const tinygltf::Node& node)
@@ -69,24 +87,6 @@ Affine place_of(const tinygltf::Node& node)
         place.origin = {node.translation[0], node.translation[1], node.translation[2]};
     return place;
 }
-
-/// The nodes of the scene; without scenes those that are nobody's children.
-std::vector<int> roots(const tinygltf::Model& model)
-{
-    const auto& scenes = model.scenes;
-    if (!scenes.empty())
-        return element(scenes, std::max(model.defaultScene, 0), "scene").nodes;
-    std::set<int> children;
-    for (const auto& node : model.nodes)
-        children.insert(node.children.begin(), node.children.end());
-    std::vector<int> result;
-    for (int node = 0; node < static_cast<int>(model.nodes.size()); ++node)
-        if (!children.contains(node))
-            result.push_back(node);
-    return result;
-}
-
-}  // namespace
 
 std::vector<std::pair<std::size_t, Affine>> placed_nodes(const tinygltf::Model& model)
 {

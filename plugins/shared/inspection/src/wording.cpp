@@ -235,7 +235,9 @@ std::string summary(const Diagnosis& diagnosis, bool by_mesh)
         text += std::string(text.empty() ? "" : ", ") + "the pictures' edges are " + number(1 + fit.edge_response) +
                 " times as strong along the outlines as elsewhere";
     if (text.empty())
-        return std::string("nothing to compare: the frames have ") + (diagnosis.findings.empty() ? "no" : "empty") +
+        return std::string("nothing to compare: the frames have ") +
+               (std::ranges::any_of(diagnosis.findings, [](const Finding& each) { return each.cause == "empty_depth"; }) ? "empty"
+                                                                                                                         : "no") +
                " depth pictures, and no pictures in which the mesh has an outline";
     const std::string agree = by_mesh ? "mesh and frames agree: " : "the frames agree with each other: ";
     return (diagnosis.findings.empty() ? agree : "as recorded: ") + text;

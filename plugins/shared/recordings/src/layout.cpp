@@ -95,7 +95,8 @@ void forget_missing_depth(std::vector<RecordedView>& views)
 void looks_for(const fs::path& pattern, RunContext& run)
 {
     auto name = pattern;
-    while (name.parent_path().has_relative_path() && !fs::is_directory(name.parent_path()))
+    std::error_code ignored;
+    while (name.parent_path().has_relative_path() && !fs::is_directory(name.parent_path(), ignored))
         name = name.parent_path();
     run.reads_folder(name.parent_path(), name.filename().string());
 }
@@ -240,7 +241,18 @@ std::optional<Mesh> read_recorded_mesh(const InputFile& given, const std::vector
     }
     MeshReadReport report;
     Mesh surface = read_mesh(*file, {}, &report);
-    place(surface, report.positions, offset_beside(offset_m, report.positions, file->string()));
+    try
+    {
+        place(surface, report.positions, offset_beside(offset_m, report.positions, file->string()));
+    }
+    catch (const Error& error)
+    {
+        // A mesh that nobody asked for is left out.
+        if (!given.empty())
+            throw;
+        run.warning(error.what());
+        return std::nullopt;
+    }
     check_mesh(surface, file->string());
     numerics::Bounds<float> box;
     std::ranges::for_each(surface.positions, [&](Vec3f p) { box.add(p); });

@@ -209,6 +209,93 @@ std::string find_listed_files(const std::vector<ListedFile>& files, const fs::pa
     return "";
 }
 
+namespace
+{
+
+/// The part of a name that can be below a folder: the name, or what follows a drive, a scheme, the root and the last "..".
+std::string part_below(std::string_view name)
+{
+    std::string text(name);
+    std::ranges::replace(text, '\\', '/');
+    const auto colon = text.find(':');
+    const bool has_scheme = colon != std::string::npos && colon > 0 && text.find_first_of("/ .") > colon &&
+                            (colon == 1 || text.substr(colon + 1, 1) == "/");
+    const fs::path path = fs::path(has_scheme ? text.substr(colon + 1) : text).lexically_normal();
+    if (!has_scheme && path.is_relative() && text.find("..") == std::string::npos)
+        return std::string(name);
+    fs::path below;
+    for (const auto& part : path.relative_path())
+        if (part != "..")
+            below /= part;
+    return below.string();
+}
+
+bool is_inside(const fs::path& file, const fs::path& folder)
+{
+    const auto [in_folder, in_file] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
+    return in_folder == folder.end() && in_file != file.end();
+}
+
+}  // namespace
+
+ModelFolder::ModelFolder(const fs::path& model, FileNotes& notes)
+    : folder_(model.parent_path().empty() ? fs::path(".") : model.parent_path()), notes_(notes)
+{
+}
+
+fs::path ModelFolder::find(std::string_view name, std::string_view place, std::string_view way_out, fs::path folder) const
+{
+    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' '; };
+    std::string shown(name.substr(0, 200));
+    std::ranges::replace_if(shown, is_control, '?');
+    const std::string begin = std::string(place) + ": \"" + shown + "\" ";
+    const std::string below = part_below(name);
+    constexpr std::size_t longest_name = 1024;
+    constexpr std::ptrdiff_t most_parts = 64;
+    if (below.empty() || name.size() > longest_name || std::ranges::distance(fs::path(below)) > most_parts ||
+        std::ranges::any_of(name, is_control))
+        throw Error(begin + "is not a file name");
+    if (folder.empty())
+        folder = folder_;
+    fs::path file;
+    try
+    {
+        const std::string found = find_listed_files({{folder, below, &file, false}}, folder_,
+                                                    [&](const fs::path& pattern) { notes_.looked_for.push_back(pattern); });
+        if (!found.empty())
+            notes_.messages.push_back(std::string(place) + ": " + found);
+    }
+    catch (const Error& error)
+    {
+        throw Error(std::string(place) + ": " + error.what());
+    }
+    std::error_code error;
+    if (!fs::is_regular_file(file, error))
+        throw MissingInput(begin + "is not in " + folder.string() +
+                           (below.find_first_of("/\\") == std::string::npos && below == name
+                                ? ", nor with another case"
+                                : ", nor with another case or by the last parts of its path") +
+                           "; put it there" + std::string(way_out));
+    if (!is_inside(fs::canonical(file), fs::canonical(folder_)))
+        throw Error(begin + "is a link to a file outside the model's folder; put the file itself there");
+    return file;
+}
+
+bool ModelFolder::has(std::string_view name) const
+{
+    const auto messages = notes_.messages;
+    bool is_there = false;
+    try
+    {
+        is_there = !find(name, "").empty();
+    }
+    catch (const Error&)
+    {
+    }
+    notes_.messages = messages;
+    return is_there;
+}
+
 bool is_system_file(const fs::path& file)
 {
     const std::string name = file.filename().string();

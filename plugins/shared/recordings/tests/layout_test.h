@@ -5,7 +5,6 @@
 
 /// \file What the tests of Fresco's own layouts begin with.
 
-using Catch::Contains;
 using namespace fresco;
 using namespace fresco::testing;
 

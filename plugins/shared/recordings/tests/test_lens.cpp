@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-using Catch::Contains;
 using namespace fresco::recordings;
 
 namespace

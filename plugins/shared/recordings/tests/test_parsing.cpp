@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-using Catch::Contains;
 using namespace fresco::recordings;
 
 TEST_CASE("numbers are whole words, finite and within their range", "[recordings]")

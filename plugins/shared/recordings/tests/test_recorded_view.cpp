@@ -6,7 +6,6 @@
 #include <fresco/testing.h>
 
 namespace fs = std::filesystem;
-using Catch::Contains;
 using namespace fresco::recordings;
 using namespace fresco::testing;
 

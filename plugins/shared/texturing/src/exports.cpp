@@ -325,7 +325,9 @@ std::vector<std::byte> textured_ply(const Mesh& mesh, const std::string& picture
     const std::vector<Vec3d> world = is_double ? world_positions(mesh) : std::vector<Vec3d>{};
     if (mesh.texcoords.empty() && !is_double)
         return to_ply(mesh);
-    const std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
+    std::string comment = picture.empty() ? "" : "comment TextureFile " + picture + "\n";
+    if (const Vec3d o = mesh.offset_m; !is_double && o != Vec3d{})
+        comment += fmt::format("comment offset_m {} {} {}\n", o.x, o.y, o.z);
     const std::string header = fmt::format(
         "ply\nformat binary_little_endian 1.0\n{0}element vertex {1}\n"
         "property {2} x\nproperty {2} y\nproperty {2} z\n{3}{4}"

@@ -171,6 +171,16 @@ std::string glb_of(const Value& document, std::string_view binary)
     return file;
 }
 
+Value origin_of(const Mesh& mesh, RunContext& run)
+{
+    Value origin = run.origin();
+    const Vec3d offset_m = mesh.offset_m;
+    if (offset_m != Vec3d{})
+        origin.set("offset_m", Value::List{offset_m.x, offset_m.y, offset_m.z});
+    tell_offset(offset_m, run);
+    return origin;
+}
+
 std::string make_glb(const WeldedMesh& mesh, const std::vector<std::byte>& image, const GlbOptions& options)
 {
     const std::size_t bytes = mesh.indices.size() * 4 + mesh.positions.size() * 56 + image.size() +

@@ -3,7 +3,6 @@
 #include <fresco/gltf/compression.h>
 
 using namespace fresco;
-using Catch::Contains;
 
 TEST_CASE("Where Draco is missing, a primitive without a plain form is refused by the library's name")
 {

@@ -20,7 +20,7 @@ struct AtlasOptions
     int size_px = 2048;
 };
 
-/// The same mesh with charts that are projected, laid flat by `lay_flat` where that is given, and packed; reports figures.
+/// Returns the mesh with charts that are projected, laid flat by `lay_flat` where that is given, and packed; reports figures.
 /// Throws Error for a mesh without area, Canceled.
 Mesh projected_atlas(const Mesh& mesh, const AtlasOptions& options, RunContext& run,
                      const std::function<void(const Surface&, FlatCharts&, const FlattenOptions&)>& lay_flat = {});

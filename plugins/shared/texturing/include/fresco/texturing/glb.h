@@ -17,6 +17,9 @@ namespace fresco::texturing
 /// The file of a glTF document and its only buffer. Throws Error beyond glTF's 4 GiB.
 std::string glb_of(const Value& document, std::string_view binary);
 
+/// A GLB's asset.extras: how it was made, and the mesh's offset where it has one, of which the run is told.
+Value origin_of(const Mesh& mesh, RunContext& run);
+
 struct GlbOptions
 {
     bool lit;  ///< Lit, rough, not metallic, with smooth normals; otherwise shown as painted (KHR_materials_unlit).

@@ -37,7 +37,7 @@ std::string problem_of(const fresco::Mesh& mesh)
     for (std::size_t c = 0; c < mesh.texcoords.size(); ++c)
     {
         const auto uv = mesh.texcoords[c];
-        // What rounding leaves beyond the border belongs to the last texel.
+        // A coordinate that rounding left beyond the border belongs to the last texel.
         const auto is_inside = [](float at) { return at >= -most_shared && at <= 1 + most_shared; };
         if (!is_inside(uv.x) || !is_inside(uv.y))
             return fmt::format(

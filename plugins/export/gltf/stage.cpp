@@ -33,15 +33,10 @@ class ExportGltf final : public Stage
     {
         // Without any color an unlit shape would be white all over, and unlit paint has no relief.
         const bool has_colors = exported.has_picture() || !exported.mesh().colors.empty();
-        Value origin = run.origin();
-        const Vec3d offset_m = exported.mesh().offset_m;
-        if (offset_m != Vec3d{})
-            origin.set("offset_m", Value::List{offset_m.x, offset_m.y, offset_m.z});
-        tell_offset(offset_m, run);
         return {.lit = *material == "pbr" || relief.has_value() || !has_colors,
                 .turn = up.turn(exported.mesh(), {0, 1, 0}, run),
                 .image_type = picture.extension() == ".jpg" ? "image/jpeg" : "image/png",
-                .origin = std::move(origin)};
+                .origin = origin_of(exported.mesh(), run)};
     }
 
     void check_inputs() const

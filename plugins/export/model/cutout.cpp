@@ -13,14 +13,17 @@ namespace export_model
 namespace
 {
 
+/// The pixel at a coordinate of a picture that goes on beyond [0,1].
 int wrapped(double at, int size, fresco::Wrap wrap)
 {
-    const auto pixel = static_cast<std::int64_t>(std::floor(at * size));
-    if (wrap == fresco::Wrap::clamp)
-        return static_cast<int>(std::clamp<std::int64_t>(pixel, 0, size - 1));
-    const std::int64_t period = wrap == fresco::Wrap::mirror ? 2 * std::int64_t{size} : size;
-    const std::int64_t inside = (pixel % period + period) % period;
-    return static_cast<int>(inside < size ? inside : period - 1 - inside);
+    if (wrap == fresco::Wrap::mirror)
+    {
+        at -= 2 * std::floor(at / 2);
+        at = at > 1 ? 2 - at : at;
+    }
+    else if (wrap == fresco::Wrap::repeat)
+        at -= std::floor(at);
+    return static_cast<int>(std::clamp(at, 0.0, 1 - 0.5 / size) * size);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/gltf/gltf_file.h>
-#include <fresco/gltf/model_folder.h>
 #include <fresco/gltf/scene.h>
 #include <fresco/texturing/glb.h>
 
@@ -16,6 +15,8 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
+#include <stdexcept>
 #include <string_view>
 #include <tuple>
 
@@ -37,13 +38,20 @@ namespace
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// Graphics hardware restarts strips at this index, so no vertex has this number.
 constexpr std::size_t restart_index = 65535;
+constexpr std::size_t most_bytes = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t most_copied_primitives = 1'000'000;
 constexpr int array_buffer = 34962;
 constexpr int element_array_buffer = 34963;
-constexpr std::string_view meshopt = "EXT_meshopt_compression";
 constexpr std::string_view draco = "KHR_draco_mesh_compression";
-constexpr std::string_view instancing = "EXT_mesh_gpu_instancing";
 constexpr std::string_view emissive_strength = "KHR_materials_emissive_strength";
 constexpr std::string_view specular_glossiness = "KHR_materials_pbrSpecularGlossiness";
+
+/// Extensions besides KHR_materials_…, in which textures, pictures and views are named by the keys that the format has for them.
+constexpr std::array<std::string_view, 9> plain_extensions{"EXT_meshopt_compression", draco,
+                                                           "EXT_texture_webp",        "EXT_texture_avif",
+                                                           "KHR_texture_basisu",      "KHR_texture_transform",
+                                                           "KHR_mesh_quantization",   "KHR_lights_punctual",
+                                                           "KHR_node_visibility"};
 
 /// The list of a document, made if it is not there.
 Value::List& list_of(Value& document, std::string_view key)
@@ -59,10 +67,14 @@ void remove(Value& map, std::string_view key)
 }
 
 /// The entry of an extension, or null.
+const Value* extension_of(const Value& map, std::string_view name)
+{
+    const Value* const extensions = map.find("extensions");
+    return extensions == nullptr ? nullptr : extensions->find(name);
+}
 Value* extension_of(Value& map, std::string_view name)
 {
-    Value* const extensions = map.find("extensions");
-    return extensions == nullptr ? nullptr : extensions->find(name);
+    return const_cast<Value*>(extension_of(std::as_const(map), name));
 }
 
 void remove_extension(Value& map, std::string_view name)
@@ -75,10 +87,10 @@ void remove_extension(Value& map, std::string_view name)
         remove(map, "extensions");
 }
 
-int index_or(const Value& map, std::string_view key, int otherwise)
+std::size_t size_or(const Value& map, std::string_view key, std::size_t otherwise)
 {
     const Value* const found = map.find(key);
-    return found == nullptr ? otherwise : static_cast<int>(found->as_int());
+    return found == nullptr ? otherwise : static_cast<std::size_t>(found->as_int());
 }
 
 template <class Visit>
@@ -166,11 +178,55 @@ SplitVertices split_vertices(const std::vector<std::uint32_t>& corners, const st
     return split;
 }
 
-template <class T>
-std::vector<unsigned char> bytes_of(const std::vector<T>& rows)
+/// Whether scan.mesh took the emission for a material's color: it shines, and its color is black or, beside a picture that
+/// shines, a plain white.
+bool shows_emission(const Value& material)
 {
-    const auto* const begin = reinterpret_cast<const unsigned char*>(rows.data());
-    return {begin, begin + rows.size() * sizeof(T)};
+    const auto all_are = [](const Value* factor, double value)
+    {
+        for (std::size_t i = 0; factor != nullptr && i < 3; ++i)
+            if (factor->as_list().at(i).as_double() != value)
+                return false;
+        return factor != nullptr;
+    };
+    const Value* const strength = extension_of(material, emissive_strength);
+    const Value* const times = strength == nullptr ? nullptr : strength->find("emissiveStrength");
+    const Value* const factor = material.find("emissiveFactor");
+    if (factor == nullptr || all_are(factor, 0) || (times != nullptr && times->as_double() == 0))
+        return false;
+    const Value* const older = extension_of(material, specular_glossiness);
+    const Value* const colors = older != nullptr ? older : material.find("pbrMetallicRoughness");
+    const std::string name = older != nullptr ? "diffuse" : "baseColor";
+    const Value* const base = colors == nullptr ? nullptr : colors->find(name + "Factor");
+    const bool is_plain =
+        (colors == nullptr || colors->find(name + "Texture") == nullptr) && (base == nullptr || all_are(base, 1));
+    return all_are(base, 0) || (is_plain && material.find("emissiveTexture") != nullptr);
+}
+
+/// The reference to the picture that scan.mesh took for a material's color, or null.
+const Value* shown_texture(const Value& material)
+{
+    if (shows_emission(material))
+        return material.find("emissiveTexture");
+    if (const Value* const older = extension_of(material, specular_glossiness))
+        return older->find("diffuseTexture");
+    const Value* const pbr = material.find("pbrMetallicRoughness");
+    return pbr == nullptr ? nullptr : pbr->find("baseColorTexture");
+}
+
+/// Empty for bytes that no picture of glTF begins with.
+std::string_view mime_type(std::span<const std::byte> picture)
+{
+    const std::string_view text(reinterpret_cast<const char*>(picture.data()), picture.size());
+    if (text.starts_with("\xABKTX 20"))
+        return "image/ktx2";
+    if (text.size() > 12 && text.substr(4, 8) == "ftypavif")
+        return "image/avif";
+    if (text.starts_with("\x89PNG"))
+        return "image/png";
+    if (text.starts_with("\xFF\xD8\xFF"))
+        return "image/jpeg";
+    return text.starts_with("RIFF") && text.substr(8).starts_with("WEBP") ? "image/webp" : "";
 }
 
 class GltfPainter
@@ -185,18 +241,21 @@ class GltfPainter
     std::string glb()
     {
         find_painted();
-        check_faces(path_, face_uses_, painting_);
-        count_accessors();
+        check_faces(path_, faces_, painting_);
+        count_uses();
         add_picture();
         for (const PaintedPrimitive& each : primitives_)
             paint(each);
-        remove_old_pictures();
+        // Extensions that are not known may name textures, pictures and views by any key.
+        const bool may_remove = knows_extensions();
+        if (may_remove)
+            remove_old_pictures();
         if (!uses_draco())
             for (const char* const list : {"extensionsUsed", "extensionsRequired"})
-                if (Value* const names = document_.find(list))
-                    std::erase(names->as_list(), Value(draco));
+                std::erase(list_of(document_, list), Value(draco));
         embed_images();
-        remove_unused_views();
+        if (may_remove)
+            remove_unused_views();
         add_origin();
         return packed();
     }
@@ -211,10 +270,23 @@ class GltfPainter
         std::vector<bool> painted;     ///< One per triangle: those that name a vertex twice are not in the atlas.
     };
 
-    Value& json_of(const PaintedPrimitive& each)
+    const Value* original(int material) const
     {
-        return list_of(document_, "meshes")[each.mesh].find("primitives")->as_list()[each.primitive];
+        return material < 0 ? nullptr : &originals_.at(static_cast<std::size_t>(material));
     }
+
+    const tinygltf::Primitive& source_of(const PaintedPrimitive& each) const
+    {
+        return file_.model.meshes[each.mesh].primitives[each.primitive];
+    }
+
+    std::size_t vertices_of(const tinygltf::Primitive& primitive) const
+    {
+        const auto found = primitive.attributes.find("POSITION");
+        return accessor_rows(file_.model, found == primitive.attributes.end() ? -1 : found->second, 3, 3).count;
+    }
+
+    // --- faces
 
     /// Gives every node of the scene a mesh of its own, since the copies of a mesh have different places in the picture, and
     /// walks over the faces in the reader's order.
@@ -226,35 +298,41 @@ class GltfPainter
             if (file_.model.nodes[node].mesh < 0)
                 continue;
             auto mesh = static_cast<std::size_t>(file_.model.nodes[node].mesh);
-            if (!painting_.keeps_uvs && extension_of(list_of(document_, "nodes")[node], instancing) != nullptr)
-                throw Error(path_.string() + ": " + entry("nodes", node) +
-                            "the copies of EXT_mesh_gpu_instancing share their texture coordinates, so they cannot be painted "
-                            "one by one; set uvs: new, or export the model without it");
+            if (mesh >= file_.model.meshes.size())
+                throw Error(fmt::format("{}mesh {} of {}", entry("nodes", node), mesh, file_.model.meshes.size()));
+            if (extension_of(list_of(document_, "nodes")[node], "EXT_mesh_gpu_instancing") != nullptr)
+                throw Error(
+                    entry("nodes", node) +
+                    "the copies of EXT_mesh_gpu_instancing share their texture coordinates, so they cannot be painted one by "
+                    "one; set uvs: new, or export the model without it");
             if (!painting_.keeps_uvs && !used.insert(mesh).second)
-            {
-                Value::List& meshes = list_of(document_, "meshes");
-                meshes.push_back(Value(meshes[mesh]));
-                file_.model.meshes.push_back(tinygltf::Mesh(file_.model.meshes[mesh]));
-                mesh = meshes.size() - 1;
-                list_of(document_, "nodes")[node].set("mesh", mesh);
-            }
+                mesh = copied_mesh(node, mesh);
             for (std::size_t i = 0; i < file_.model.meshes[mesh].primitives.size(); ++i)
                 find_painted(mesh, i, determinant(place.linear) < 0);
         }
     }
 
+    std::size_t copied_mesh(std::size_t node, std::size_t mesh)
+    {
+        copied_primitives_ += file_.model.meshes[mesh].primitives.size();
+        if (copied_primitives_ > most_copied_primitives)
+            throw Error(
+                fmt::format("nodes share meshes of more than {} primitives in all; set uvs: new", most_copied_primitives));
+        Value::List& meshes = list_of(document_, "meshes");
+        meshes.push_back(Value(meshes[mesh]));
+        file_.model.meshes.push_back(tinygltf::Mesh(file_.model.meshes[mesh]));
+        list_of(document_, "nodes")[node].set("mesh", meshes.size() - 1);
+        return meshes.size() - 1;
+    }
+
     void find_painted(std::size_t mesh, std::size_t number, bool mirrored)
     {
-        const tinygltf::Primitive& primitive = file_.model.meshes[mesh].primitives[number];
-        const auto positions = primitive.attributes.find("POSITION");
-        const std::size_t vertices = accessor_rows(file_.model, positions->second, 3, 3).count;
-        PaintedPrimitive each{
-            mesh, number, fresco::gltf::triangle_indices(file_.model, primitive.indices, primitive.mode, vertices), {}, {}};
+        PaintedPrimitive each{mesh, number, {}, {}, {}};
+        const tinygltf::Primitive& primitive = source_of(each);
+        each.corners = fresco::gltf::triangle_indices(file_.model, primitive.indices, primitive.mode, vertices_of(primitive));
         if (each.corners.empty())
             return;
-        const Value* const mode =
-            primitive.material < 0 ? nullptr : originals_.at(static_cast<std::size_t>(primitive.material)).find("alphaMode");
-        const bool is_cutout = mode != nullptr && mode->as_string() != "OPAQUE";
+        const bool is_cutout = is_cutout_material(primitive.material);
         each.texcoords.resize(each.corners.size());
         for (std::size_t i = 0; i < each.corners.size(); i += 3)
         {
@@ -262,15 +340,36 @@ class GltfPainter
             each.painted.push_back(t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
             if (!each.painted.back())
                 continue;
+            if (faces_ == painting_.atlas.triangles.size())
+                check_faces(path_, faces_ + 1, painting_);
             // The reader turns the faces of mirrored nodes by swapping their last two corners.
-            for (std::size_t k = 0; k < 3 && 3 * face_uses_ + k < painting_.atlas.texcoords.size(); ++k)
-                each.texcoords[i + (mirrored && k > 0 ? 3 - k : k)] = painting_.atlas.texcoords[3 * face_uses_ + k];
+            for (std::size_t k = 0; k < 3; ++k)
+                each.texcoords[i + (mirrored && k > 0 ? 3 - k : k)] = painting_.atlas.texcoords[3 * faces_ + k];
             cutout_.push_back(is_cutout);
-            ++face_uses_;
+            ++faces_;
         }
         has_cutout_ = has_cutout_ || is_cutout;
+        // A primitive without the texcoords that are kept keeps its color.
+        if (painting_.keeps_uvs && !primitive.attributes.contains(fmt::format("TEXCOORD_{}", texcoord_set(primitive.material))))
+            return;
         painted_uses_.emplace(mesh, number);
         primitives_.push_back(std::move(each));
+    }
+
+    bool is_cutout_material(int material) const
+    {
+        const Value* const mode = material < 0 ? nullptr : original(material)->find("alphaMode");
+        return mode != nullptr && mode->as_string() != "OPAQUE";
+    }
+
+    std::size_t texcoord_set(int material) const
+    {
+        const Value* const info = material < 0 ? nullptr : shown_texture(*original(material));
+        if (info == nullptr)
+            return 0;
+        const std::size_t set = size_or(*info, "texCoord", 0);
+        const Value* const transform = extension_of(*info, "KHR_texture_transform");
+        return transform == nullptr ? set : size_or(*transform, "texCoord", set);
     }
 
     template <class Visit>
@@ -284,14 +383,27 @@ class GltfPainter
                     visit(accessor);
     }
 
-    void count_accessors()
+    /// Counts the uses of accessors, and finds the materials of what is not painted.
+    void count_uses()
     {
         for (Value& mesh : list_of(document_, "meshes"))
             for (Value& primitive : mesh.find("primitives")->as_list())
             {
                 visit_accessors(primitive, [&](const Value& accessor) { ++accessor_uses_[accessor.as_int()]; });
-                ++accessor_uses_[index_or(primitive, "indices", -1)];
+                if (const Value* const indices = primitive.find("indices"))
+                    ++accessor_uses_[indices->as_int()];
             }
+        for (const char* const list : {"animations", "skins"})
+            visit_entries(list_of(document_, list),
+                          [&](const std::string& key, const Value& value)
+                          {
+                              if (key == "input" || key == "output" || key == "inverseBindMatrices")
+                                  ++accessor_uses_[value.as_int()];
+                          });
+        for (std::size_t mesh = 0; mesh < file_.model.meshes.size(); ++mesh)
+            for (std::size_t i = 0; i < file_.model.meshes[mesh].primitives.size(); ++i)
+                if (!painted_uses_.contains({mesh, i}))
+                    unpainted_materials_.insert(file_.model.meshes[mesh].primitives[i].material);
     }
 
     // --- pictures and materials
@@ -300,94 +412,55 @@ class GltfPainter
     {
         const Picture picture = painting_.picture(has_cutout_ ? cutout_ : std::vector<bool>{});
         Value::List& images = list_of(document_, "images");
-        images.push_back(
-            Value::Map{{"bufferView", add_view(std::vector<unsigned char>(
-                                          reinterpret_cast<const unsigned char*>(picture.bytes.data()),
-                                          reinterpret_cast<const unsigned char*>(picture.bytes.data()) + picture.bytes.size()))},
-                       {"mimeType", picture.extension == ".jpg" ? "image/jpeg" : "image/png"}});
-        Value texture = Value::Map{{"source", images.size() - 1}};
+        images.push_back(Value::Map{{"bufferView", add_view(picture.bytes)},
+                                    {"mimeType", picture.extension == ".jpg" ? "image/jpeg" : "image/png"}});
         constexpr int linear = 9729;
         constexpr int linear_mipmap_linear = 9987;
         constexpr int clamp_to_edge = 33071;
         Value::List& samplers = list_of(document_, "samplers");
         samplers.push_back(Value::Map{
             {"magFilter", linear}, {"minFilter", linear_mipmap_linear}, {"wrapS", clamp_to_edge}, {"wrapT", clamp_to_edge}});
-        texture.set("sampler", samplers.size() - 1);
         Value::List& textures = list_of(document_, "textures");
-        textures.push_back(std::move(texture));
+        textures.push_back(Value::Map{{"sampler", samplers.size() - 1}, {"source", images.size() - 1}});
         texture_ = textures.size() - 1;
     }
 
     /// The number of the painted form of a material that finds the picture by the texcoords `set`. Materials that something else
     /// uses, too, are copied.
-    std::size_t painted_material(int material, int set)
+    std::size_t painted_material(int material, std::size_t set)
     {
         const auto [found, is_new] = painted_materials_.try_emplace({material, set}, 0);
         if (!is_new)
             return found->second;
         Value::List& materials = list_of(document_, "materials");
-        const auto number = static_cast<std::size_t>(material);
-        const bool is_copied = material < 0 || is_used_unpainted(material) || !changed_materials_.insert(material).second;
-        found->second = is_copied ? materials.size() : number;
+        const bool is_copied =
+            material < 0 || unpainted_materials_.contains(material) || !changed_materials_.insert(material).second;
+        found->second = is_copied ? materials.size() : static_cast<std::size_t>(material);
         if (is_copied)
-            materials.push_back(material < 0 ? Value(Value::Map{}) : originals_.at(number));
+            materials.push_back(material < 0 ? Value(Value::Map{}) : *original(material));
         paint_material(materials[found->second], set);
         return found->second;
     }
 
-    bool is_used_unpainted(int material) const
+    void paint_material(Value& material, std::size_t set)
     {
-        const auto& meshes = file_.model.meshes;
-        for (std::size_t mesh = 0; mesh < meshes.size(); ++mesh)
-            for (std::size_t i = 0; i < meshes[mesh].primitives.size(); ++i)
-                if (meshes[mesh].primitives[i].material == material && !painted_uses_.contains({mesh, i}))
-                    return true;
-        return false;
-    }
-
-    void paint_material(Value& material, int set)
-    {
-        Value* const older = extension_of(material, specular_glossiness);
-        Value* pbr = material.find("pbrMetallicRoughness");
-        if (shows_emission(material, older != nullptr ? older : pbr, older != nullptr ? "diffuse" : "baseColor"))
+        if (shows_emission(material))
         {
             paint_color(material, "emissiveTexture", "emissiveFactor", set);
             remove_extension(material, emissive_strength);
             return;
         }
+        Value* const older = extension_of(material, specular_glossiness);
         if (older != nullptr)
             paint_color(*older, "diffuseTexture", "diffuseFactor", set);
-        if (pbr == nullptr && older == nullptr)
-        {
+        else if (material.find("pbrMetallicRoughness") == nullptr)
             material.set("pbrMetallicRoughness", Value::Map{});
-            pbr = material.find("pbrMetallicRoughness");
-        }
-        if (pbr != nullptr)
+        if (Value* const pbr = material.find("pbrMetallicRoughness"))
             paint_color(*pbr, "baseColorTexture", "baseColorFactor", set);
     }
 
-    /// Whether scan.mesh took the emission for the material's color: it shines, and its color is black or, beside a picture that
-    /// shines, a plain white.
-    static bool shows_emission(const Value& material, const Value* colors, const std::string& name)
-    {
-        const auto all_are = [](const Value* factor, double value)
-        {
-            for (std::size_t i = 0; factor != nullptr && i < 3; ++i)
-                if (factor->as_list().at(i).as_double() != value)
-                    return false;
-            return factor != nullptr;
-        };
-        const Value* const factor = material.find("emissiveFactor");
-        if (factor == nullptr || all_are(factor, 0))
-            return false;
-        const Value* const base = colors == nullptr ? nullptr : colors->find(name + "Factor");
-        const bool is_plain =
-            (colors == nullptr || colors->find(name + "Texture") == nullptr) && (base == nullptr || all_are(base, 1));
-        return all_are(base, 0) || (is_plain && material.find("emissiveTexture") != nullptr);
-    }
-
-    /// The factor keeps its alpha: its color went into the painting.
-    void paint_color(Value& map, const char* texture_key, const char* factor_key, int set)
+    /// A factor keeps its alpha: its color went into the painting.
+    void paint_color(Value& map, const char* texture_key, const char* factor_key, std::size_t set)
     {
         Value info = Value::Map{};
         if (const Value* const old = map.find(texture_key))
@@ -409,6 +482,21 @@ class GltfPainter
         }
     }
 
+    /// Whether pictures and views can be renumbered.
+    bool knows_extensions()
+    {
+        for (const Value& each : list_of(document_, "extensionsUsed"))
+        {
+            const std::string& name = each.as_string();
+            if (name == "KHR_animation_pointer")
+                result_.messages.push_back(name +
+                                           ": what it animates in a material or a shared mesh may have another number now");
+            else if (!name.starts_with("KHR_materials_") && std::ranges::find(plain_extensions, name) == plain_extensions.end())
+                return false;
+        }
+        return true;
+    }
+
     /// Removes the textures that the painted materials showed, and their pictures, unless something else shows them, too.
     void remove_old_pictures()
     {
@@ -422,9 +510,6 @@ class GltfPainter
                                   visit(*value.find("index"));
                           });
         };
-        visit_textures([&](const Value& index) { gone.erase(index.as_int()); });
-        Value::List& textures = list_of(document_, "textures");
-        std::set<std::int64_t> gone_images;
         const auto visit_images = [](Value& texture, const auto& visit)
         {
             visit_entries(texture,
@@ -434,6 +519,9 @@ class GltfPainter
                                   visit(value);
                           });
         };
+        visit_textures([&](const Value& index) { gone.erase(index.as_int()); });
+        Value::List& textures = list_of(document_, "textures");
+        std::set<std::int64_t> gone_images;
         for (const std::int64_t number : gone)
             visit_images(textures.at(static_cast<std::size_t>(number)),
                          [&](const Value& image) { gone_images.insert(image.as_int()); });
@@ -446,30 +534,40 @@ class GltfPainter
             visit_images(texture, [&](Value& image) { image = image_numbers.at(static_cast<std::size_t>(image.as_int())); });
     }
 
-    /// Pictures beside the file, or as text in it, become parts of the GLB.
+    /// Pictures beside the file, or as text in it, become parts of the GLB, each file once.
     void embed_images()
     {
-        const fresco::gltf::ModelFolder folder(path_);
+        const fresco::recordings::ModelFolder folder(path_, result_);
+        std::map<fs::path, std::size_t> views;
         Value::List& images = list_of(document_, "images");
         for (std::size_t i = 0; i < images.size(); ++i)
         {
-            const Value* const uri = images[i].find("uri");
-            if (uri == nullptr)
+            const Value* const found = images[i].find("uri");
+            if (found == nullptr)
                 continue;
-            std::vector<std::byte> bytes;
-            if (fresco::gltf::is_data_uri(uri->as_string()))
-                bytes = fresco::gltf::data_uri_bytes(uri->as_string(), entry("images", i));
+            const std::string uri = found->as_string();
+            remove(images[i], "uri");
+            std::size_t view = 0;
+            if (fresco::gltf::is_data_uri(uri))
+                view = add_view(fresco::gltf::data_uri_bytes(uri, entry("images", i)));
             else
             {
-                result_.files_read.push_back(
-                    folder.find(fresco::gltf::decoded_uri(uri->as_string()), entry("images", i) + "uri"));
-                bytes = fresco::read_file(result_.files_read.back());
+                const fs::path file = folder.find(fresco::gltf::decoded_uri(uri), entry("images", i) + "uri");
+                const auto [known, is_new] = views.try_emplace(fs::canonical(file), 0);
+                if (is_new)
+                {
+                    result_.files_read.push_back(file);
+                    known->second = add_view(fresco::read_file(file));
+                }
+                view = known->second;
             }
-            const std::string suffix(fresco::gltf::suffix_of(bytes));
-            remove(images[i], "uri");
-            const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
-            images[i].set("bufferView", add_view({begin, begin + bytes.size()}));
-            images[i].set("mimeType", suffix == ".jpg" ? "image/jpeg" : "image/" + (suffix.empty() ? "png" : suffix.substr(1)));
+            const auto& bytes = file_.model.buffers.at(size_or(list_of(document_, "bufferViews")[view], "buffer", 0)).data;
+            const std::string_view type = mime_type(std::as_bytes(std::span(bytes)));
+            images[i].set("bufferView", view);
+            if (!type.empty())
+                images[i].set("mimeType", type);
+            else if (images[i].find("mimeType") == nullptr)
+                throw Error(entry("images", i) + "not PNG, JPEG, WebP, AVIF or KTX2; export the model with PNG or JPEG pictures");
         }
     }
 
@@ -477,30 +575,50 @@ class GltfPainter
 
     void paint(const PaintedPrimitive& each)
     {
-        Value& primitive = json_of(each);
-        Value& attributes = *primitive.find("attributes");
-        if (attributes.find("COLOR_0") != nullptr)
-            release_color(attributes);
-        int set = 0;
+        Value& primitive = list_of(document_, "meshes")[each.mesh].find("primitives")->as_list()[each.primitive];
+        const int material = source_of(each).material;
+        const Value* const own = original(material);
+        if (primitive.at("attributes").find("COLOR_0") != nullptr && (own == nullptr || !shows_emission(*own)))
+            release_color(primitive, is_cutout_material(material));
+        std::size_t set = 0;
         if (!painting_.keeps_uvs)
         {
-            while (attributes.find(fmt::format("TEXCOORD_{}", set)) != nullptr)
+            while (primitive.at("attributes").find(fmt::format("TEXCOORD_{}", set)) != nullptr)
                 ++set;
             add_texcoords(each, primitive, set);
         }
-        primitive.set("material", painted_material(file_.model.meshes[each.mesh].primitives[each.primitive].material, set));
+        primitive.set("material", painted_material(material, set));
     }
 
-    void release_color(Value& attributes)
+    /// Takes a primitive's colors out; where their alpha counts, they become white.
+    void release_color(Value& primitive, bool is_cutout)
     {
-        --accessor_uses_[attributes.at("COLOR_0").as_int()];
+        Value& attributes = *primitive.find("attributes");
+        const std::int64_t old = attributes.at("COLOR_0").as_int();
+        const AccessorRows rows = accessor_rows(file_.model, static_cast<int>(old), 3, 4);
+        --accessor_uses_[old];
+        if (Value* const form = extension_of(primitive, draco))
+            remove(*form->find("attributes"), "COLOR_0");
+        if (is_cutout && rows.components == 4)
+        {
+            std::vector<float> white;
+            for (std::size_t i = 0; i < rows.count; ++i)
+                white.insert(white.end(), {1, 1, 1, static_cast<float>(rows.at(i, 3))});
+            const std::int64_t number = add_floats(white, rows.count, "VEC4");
+            accessor_uses_[number] = 1;
+            attributes.set("COLOR_0", number);
+            return;
+        }
         remove(attributes, "COLOR_0");
+        if (Value* const targets = primitive.find("targets"))
+            for (Value& target : targets->as_list())
+                remove(target, "COLOR_0");
     }
 
-    void add_texcoords(const PaintedPrimitive& each, Value& primitive, int set)
+    void add_texcoords(const PaintedPrimitive& each, Value& primitive, std::size_t set)
     {
-        const tinygltf::Primitive& source = file_.model.meshes[each.mesh].primitives[each.primitive];
-        const std::size_t vertices = accessor_rows(file_.model, source.attributes.at("POSITION"), 3, 3).count;
+        const tinygltf::Primitive& source = source_of(each);
+        const std::size_t vertices = vertices_of(source);
         const SplitVertices split = split_vertices(each.corners, each.texcoords, each.painted, vertices);
         const bool is_packed = extension_of(primitive, draco) != nullptr;
         const bool is_split = split.source.size() > vertices;
@@ -513,83 +631,110 @@ class GltfPainter
                             {
                                 const auto [found, is_new] = moved.try_emplace(accessor.as_int(), 0);
                                 if (is_new)
-                                    found->second = gathered(accessor.as_int(), split.source);
-                                else
-                                    --accessor_uses_[accessor.as_int()];
+                                    found->second = gathered(accessor.as_int(), vertices, split.source);
                                 accessor = found->second;
                             });
             remove_extension(primitive, draco);
         }
-        const bool has_list = source.indices >= 0 && source.mode == TINYGLTF_MODE_TRIANGLES;
-        if (is_packed || (!has_list && (is_split || source.mode != TINYGLTF_MODE_TRIANGLES)) || (has_list && is_split))
+        if (is_packed || is_split || source.mode != TINYGLTF_MODE_TRIANGLES)
             set_indices(primitive, split);
-        std::vector<Vec2f> flipped = split.texcoords;
-        for (Vec2f& uv : flipped)
-            uv.y = 1 - uv.y;
-        Value accessor = Value::Map{{"bufferView", add_view(bytes_of(flipped), array_buffer)},
-                                    {"componentType", TINYGLTF_COMPONENT_TYPE_FLOAT},
-                                    {"count", flipped.size()},
-                                    {"type", "VEC2"}};
-        primitive.find("attributes")->set(fmt::format("TEXCOORD_{}", set), add_accessor(std::move(accessor)));
+        std::vector<float> flipped;
+        for (const Vec2f uv : split.texcoords)
+            flipped.insert(flipped.end(), {uv.x, 1 - uv.y});
+        primitive.find("attributes")->set(fmt::format("TEXCOORD_{}", set), add_floats(flipped, split.texcoords.size(), "VEC2"));
     }
 
     void set_indices(Value& primitive, const SplitVertices& split)
     {
         const bool is_large = split.source.size() > restart_index;
-        const std::vector<std::uint16_t> small(split.corners.begin(), split.corners.end());
+        std::vector<std::uint16_t> small;
+        if (!is_large)
+            small.assign(split.corners.begin(), split.corners.end());
+        const auto bytes = is_large ? std::as_bytes(std::span(split.corners)) : std::as_bytes(std::span(small));
         Value accessor = Value::Map{
-            {"bufferView", add_view(is_large ? bytes_of(split.corners) : bytes_of(small), element_array_buffer)},
+            {"bufferView", add_view(bytes, element_array_buffer)},
             {"componentType", is_large ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
             {"count", split.corners.size()},
             {"type", "SCALAR"}};
-        const std::int64_t old = index_or(primitive, "indices", -1);
-        primitive.set("indices", old >= 0 && accessor_uses_[old] == 1 ? replace_accessor(old, std::move(accessor))
-                                                                      : add_accessor(std::move(accessor)));
-        --accessor_uses_[old];
+        const Value* const old = primitive.find("indices");
+        primitive.set("indices", set_accessor(old == nullptr ? -1 : old->as_int(), std::move(accessor)));
         remove(primitive, "mode");
     }
 
-    /// The rows of an accessor in another order, as they are. Takes the accessor's place where nothing else uses it.
-    std::int64_t gathered(std::int64_t accessor, const std::vector<std::uint32_t>& source)
+    /// The rows of an accessor in another order, as they are.
+    std::int64_t gathered(std::int64_t accessor, std::size_t vertices, const std::vector<std::uint32_t>& source)
     {
-        const AccessorRows rows = accessor_rows(file_.model, static_cast<int>(accessor), 1, 16);
-        const std::size_t packed =
-            rows.components *
-            static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(rows.component_type)));
-        const std::size_t stride = (packed + 3) / 4 * 4;
-        std::vector<unsigned char> bytes(stride * source.size(), 0);
-        for (std::size_t i = 0; i < source.size(); ++i)
-            std::memcpy(&bytes[i * stride], rows.first + source[i] * rows.stride, packed);
-        Value moved = list_of(document_, "accessors")[static_cast<std::size_t>(accessor)];
-        remove(moved, "byteOffset");
-        remove(moved, "sparse");
+        const auto number = static_cast<std::size_t>(accessor);
+        Value moved = list_of(document_, "accessors").at(number);
+        if (size_or(moved, "count", 0) != vertices)
+            throw Error(fmt::format("{}{} rows; expected one for each of {} vertices", entry("accessors", number),
+                                    size_or(moved, "count", 0), vertices));
         moved.set("count", source.size());
-        moved.set("bufferView", add_view(std::move(bytes), array_buffer, stride));
-        const bool is_last = accessor_uses_[accessor]-- == 1;
-        return is_last ? replace_accessor(accessor, std::move(moved)) : add_accessor(std::move(moved));
+        const bool is_new = number >= file_.model.accessors.size();
+        // The format has zeros in an accessor without data.
+        if (is_new || file_.model.accessors[number].bufferView >= 0 || moved.find("sparse") != nullptr)
+        {
+            AccessorRows rows;
+            // These are the white colors.
+            if (is_new)
+            {
+                const auto view = size_or(moved, "bufferView", 0);
+                const auto& bytes = file_.model.buffers.at(size_or(list_of(document_, "bufferViews")[view], "buffer", 0)).data;
+                rows.first = bytes.data();
+                rows.stride = 4 * sizeof(float);
+                rows.components = 4;
+                rows.component_type = TINYGLTF_COMPONENT_TYPE_FLOAT;
+            }
+            else
+                rows = accessor_rows(file_.model, static_cast<int>(accessor), 1, 16);
+            const std::size_t packed =
+                rows.components *
+                static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(rows.component_type)));
+            const std::size_t stride = (packed + 3) / 4 * 4;
+            std::vector<unsigned char> bytes(stride * source.size(), 0);
+            for (std::size_t i = 0; i < source.size(); ++i)
+                std::memcpy(&bytes[i * stride], rows.first + source[i] * rows.stride, packed);
+            remove(moved, "byteOffset");
+            remove(moved, "sparse");
+            moved.set("bufferView", add_view(std::as_bytes(std::span(bytes)), array_buffer, stride));
+        }
+        return set_accessor(accessor, std::move(moved));
     }
 
-    std::int64_t replace_accessor(std::int64_t number, Value accessor)
-    {
-        list_of(document_, "accessors")[static_cast<std::size_t>(number)] = std::move(accessor);
-        return number;
-    }
-
-    std::int64_t add_accessor(Value accessor)
+    /// Puts an accessor in the place of one that nothing else uses, or at the end. Returns its number.
+    std::int64_t set_accessor(std::int64_t old, Value accessor)
     {
         Value::List& accessors = list_of(document_, "accessors");
+        if (old >= 0 && --accessor_uses_[old] == 0)
+        {
+            accessors[static_cast<std::size_t>(old)] = std::move(accessor);
+            return old;
+        }
         accessors.push_back(std::move(accessor));
         return static_cast<std::int64_t>(accessors.size() - 1);
     }
 
-    std::size_t add_view(std::vector<unsigned char> bytes, int target = 0, std::size_t stride = 0)
+    std::int64_t add_floats(const std::vector<float>& values, std::size_t rows, const char* type)
     {
+        return set_accessor(-1, Value::Map{{"bufferView", add_view(std::as_bytes(std::span(values)), array_buffer)},
+                                           {"componentType", TINYGLTF_COMPONENT_TYPE_FLOAT},
+                                           {"count", rows},
+                                           {"type", type}});
+    }
+
+    std::size_t add_view(std::span<const std::byte> bytes, int target = 0, std::size_t stride = 0)
+    {
+        added_bytes_ += bytes.size();
+        if (bytes.empty() || added_bytes_ > most_bytes)
+            throw Error(bytes.empty() ? "a picture has no bytes"
+                                      : "the painted model takes more than the 4096 MiB of a GLB file");
         Value view = Value::Map{{"buffer", file_.model.buffers.size()}, {"byteLength", bytes.size()}};
         if (stride != 0)
             view.set("byteStride", stride);
         if (target != 0)
             view.set("target", target);
-        file_.model.buffers.emplace_back().data = std::move(bytes);
+        const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
+        file_.model.buffers.emplace_back().data.assign(begin, begin + bytes.size());
         Value::List& views = list_of(document_, "bufferViews");
         views.push_back(std::move(view));
         return views.size() - 1;
@@ -635,31 +780,34 @@ class GltfPainter
         asset.set("extras", std::move(extras));
     }
 
-    /// The bytes of views one after the other in one buffer. Compressed views keep their buffers without bytes.
+    /// The bytes of views one after the other in one buffer. Buffers without bytes, which compressed views name, stay.
     std::string packed()
     {
         std::string binary;
-        std::map<std::tuple<std::int64_t, std::int64_t, std::int64_t>, std::size_t> places;
+        std::map<std::tuple<std::size_t, std::size_t, std::size_t>, std::size_t> places;
         Value::List buffers{Value::Map{}};
-        std::map<std::int64_t, std::size_t> empty_buffers;
+        std::map<std::size_t, std::size_t> empty_buffers;
         const auto move = [&](Value& view)
         {
-            const std::int64_t buffer = view.at("buffer").as_int();
-            const std::int64_t offset = index_or(view, "byteOffset", 0);
-            const std::int64_t length = view.at("byteLength").as_int();
-            const auto& bytes = file_.model.buffers.at(static_cast<std::size_t>(buffer)).data;
+            const std::size_t buffer = size_or(view, "buffer", 0);
+            const std::size_t offset = size_or(view, "byteOffset", 0);
+            const std::size_t length = size_or(view, "byteLength", 0);
+            const auto& bytes = file_.model.buffers.at(buffer).data;
             if (bytes.empty())
             {
                 const auto [found, is_new] = empty_buffers.try_emplace(buffer, buffers.size());
                 if (is_new)
-                    buffers.push_back(list_of(document_, "buffers").at(static_cast<std::size_t>(buffer)));
+                    buffers.push_back(list_of(document_, "buffers").at(buffer));
                 view.set("buffer", found->second);
                 return;
             }
+            if (offset > bytes.size() || length > bytes.size() - offset || length > most_bytes - binary.size())
+                throw Error(fmt::format("bufferViews: {} bytes at {} do not fit into their buffer of {}, or into a GLB file",
+                                        length, offset, bytes.size()));
             const auto [found, is_new] = places.try_emplace({buffer, offset, length}, binary.size());
             if (is_new)
             {
-                binary.append(reinterpret_cast<const char*>(bytes.data()) + offset, static_cast<std::size_t>(length));
+                binary.append(reinterpret_cast<const char*>(bytes.data()) + offset, length);
                 binary.resize((binary.size() + 3) / 4 * 4);
             }
             view.set("buffer", 0);
@@ -667,13 +815,16 @@ class GltfPainter
         };
         for (Value& view : list_of(document_, "bufferViews"))
         {
-            if (Value* const compressed = extension_of(view, meshopt))
-                move(*compressed);
+            // A compressed view names the place of its stream.
+            if (Value* const extensions = view.find("extensions"))
+                for (auto& [name, extension] : extensions->as_map())
+                    if (extension.find("buffer") != nullptr)
+                        move(extension);
             move(view);
         }
         buffers[0] = Value::Map{{"byteLength", binary.size()}};
         document_.set("buffers", std::move(buffers));
-        for (const char* const list : {"extensionsUsed", "extensionsRequired", "meshes", "materials"})
+        for (const char* const list : {"extensionsUsed", "extensionsRequired", "animations", "skins"})
             if (const Value* const found = document_.find(list); found != nullptr && found->as_list().empty())
                 remove(document_, list);
         return fresco::texturing::glb_of(document_, binary);
@@ -684,16 +835,19 @@ class GltfPainter
     const fs::path& path_;
     const Painting& painting_;
     PaintedFiles& result_;
+    Value::List originals_;  ///< The materials as the file has them.
     std::vector<PaintedPrimitive> primitives_;
     std::set<std::pair<std::size_t, std::size_t>> painted_uses_;  ///< Mesh and primitive.
-    std::size_t face_uses_ = 0;
+    std::set<int> unpainted_materials_;
+    std::size_t faces_ = 0;
+    std::size_t copied_primitives_ = 0;
+    std::size_t added_bytes_ = 0;
     std::vector<bool> cutout_;
     bool has_cutout_ = false;
-    std::map<std::int64_t, int> accessor_uses_;
+    std::map<std::int64_t, std::int64_t> accessor_uses_;
     std::size_t texture_ = 0;
-    std::map<std::pair<int, int>, std::size_t> painted_materials_;
+    std::map<std::pair<int, std::size_t>, std::size_t> painted_materials_;
     std::set<int> changed_materials_;
-    Value::List originals_;  ///< The materials as the file has them.
     std::set<std::int64_t> old_textures_;
 };
 
@@ -702,24 +856,43 @@ class GltfPainter
 void check_faces(const fs::path& file, std::size_t faces, const Painting& painting)
 {
     if (faces != painting.atlas.triangles.size())
-        throw Error(fmt::format(
-            "{} has {} triangles, the painted mesh has {}: wire an atlas of the model as it is, without mesh.decimate, "
-            "or set uvs: new",
-            file.string(), faces, painting.atlas.triangles.size()));
+        throw Error(
+            fmt::format("{}: the file has {} triangles or more, the painted mesh has {}: wire an atlas of the model as it is, "
+                        "without mesh.decimate, or set uvs: new",
+                        file.string(), faces, painting.atlas.triangles.size()));
 }
 
 PaintedFiles painted_gltf(const fs::path& file, const Painting& painting)
 {
     PaintedFiles result;
-    const fresco::gltf::ModelFolder folder(file);
+    const fresco::recordings::ModelFolder folder(file, result);
+    std::set<fs::path> buffers;
     const auto read_beside = [&](const std::string& uri, const std::string& place)
     {
         result.files_read.push_back(folder.find(fresco::gltf::decoded_uri(uri), place + "uri"));
+        if (!buffers.insert(fs::canonical(result.files_read.back())).second)
+            throw Error(place + "uri: another buffer has the same file; export the model again");
         return fresco::read_file(result.files_read.back());
     };
-    GltfFile gltf = fresco::gltf::load_gltf(fresco::read_file(file), read_beside);
-    std::string glb = GltfPainter(std::move(gltf), file, painting, result).glb();
-    result.files.insert(result.files.begin(), {painting.name + ".glb", std::move(glb)});
+    try
+    {
+        GltfFile gltf = fresco::gltf::load_gltf(fresco::read_file(file), read_beside);
+        std::string glb = GltfPainter(std::move(gltf), file, painting, result).glb();
+        result.files.insert(result.files.begin(), {painting.name + ".glb", std::move(glb)});
+    }
+    catch (const fresco::MissingInput&)
+    {
+        throw;
+    }
+    catch (const Error& error)
+    {
+        const std::string what = error.what();
+        throw Error(what.starts_with(file.string()) ? what : file.string() + ": " + what);
+    }
+    catch (const std::out_of_range&)
+    {
+        throw Error(file.string() + ": an index names an entry that is not there; export the model again");
+    }
     return result;
 }
 

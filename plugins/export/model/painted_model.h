@@ -2,6 +2,7 @@
 
 #include <fresco/image.h>
 #include <fresco/mesh.h>
+#include <fresco/recordings/listed_files.h>
 #include <fresco/run_context.h>
 #include <fresco/value.h>
 
@@ -29,20 +30,19 @@ struct Painting
     const fresco::Mesh& atlas;  ///< The file's triangles in its order, with the texcoords of the picture.
     /// The file has these texcoords already: its own stay, and the picture takes the place of the material's.
     bool keeps_uvs = false;
-    /// Encodes the picture. `cutout`: the faces whose old pictures have transparent parts that count; F or empty.
+    /// Encodes the picture. `cutout`: the faces whose old pictures have transparent parts that count, as F flags, or empty.
     std::function<Picture(const std::vector<bool>& cutout)> picture;
-    std::string name;      ///< Of the files to write, without extension.
+    std::string name;      ///< Name of the files to write, without extension.
     fresco::Value origin;  ///< How it was made (RunContext::origin), for a GLB's asset.extras.
 };
 
-struct PaintedFiles
+struct PaintedFiles : fresco::recordings::FileNotes
 {
     /// Names and contents; the model's own file is the first.
     std::vector<std::pair<std::string, std::string>> files;
     std::vector<std::filesystem::path> files_read;  ///< In addition to the model's own.
     std::size_t vertices_added = 0;                 ///< Copies along the seams of the new texcoords.
     std::size_t polygons_split = 0;                 ///< Polygons across such a seam, cut into triangles.
-    std::vector<std::string> messages;              ///< What the user must know about the result.
 };
 
 /// A GLB of a GLB or glTF file. With the file's texcoords, only the base color's picture changes, and what multiplied it (the

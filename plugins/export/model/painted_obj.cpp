@@ -2,7 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/gltf/model_folder.h>
 
 #include <fmt/format.h>
 
@@ -11,6 +10,7 @@
 #include <charconv>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -40,107 +40,164 @@ std::string trimmed(std::string_view text)
     return std::string(text.substr(0, text.find_last_not_of(blanks) + 1));
 }
 
-/// Statements with their ends of lines: a line that ends in a backslash goes on in the next one.
+/// Statements without their last end of line: a line that ends in a backslash goes on in the next one.
 std::vector<std::string_view> statements_of(std::string_view text)
 {
     const char end = text.find('\n') == std::string_view::npos ? '\r' : '\n';
     std::vector<std::string_view> statements;
     for (std::size_t begin = 0, at = 0; at < text.size(); begin = at)
     {
-        bool goes_on = true;
-        while (goes_on && at < text.size())
+        std::string_view statement;
+        for (bool goes_on = true; goes_on && at < text.size();)
         {
             const std::size_t stop = std::min(text.find(end, at), text.size());
-            std::string_view line = text.substr(at, stop - at);
-            if (line.ends_with('\r'))
-                line.remove_suffix(1);
-            goes_on = line.ends_with('\\');
+            statement = text.substr(begin, stop - begin);
+            if (statement.ends_with('\r'))
+                statement.remove_suffix(1);
+            goes_on = statement.ends_with('\\');
             at = std::min(stop + 1, text.size());
         }
-        statements.push_back(text.substr(begin, at - begin));
+        statements.push_back(statement);
     }
     return statements;
 }
 
-/// The MTL of a painted OBJ: the picture in place of each material's color. Statements that show nothing by texture coordinates
-/// stay, and with the file's own texture coordinates all others do, too.
+/// A statement in one line.
+std::string joined(std::string_view statement)
+{
+    std::string line(statement.substr(0, statement.find('#')));
+    for (std::size_t at = line.find('\\'); at != std::string::npos; at = line.find('\\', at + 1))
+        if (at + 1 == line.size() || line[at + 1] == '\r' || line[at + 1] == '\n')
+            line[at] = ' ';
+    std::ranges::replace_if(
+        line, [](char c) { return c == '\r' || c == '\n'; }, ' ');
+    return line;
+}
+
+/// Takes the options of a map, such as "-s 2 2 1 -clamp on", from a text; the name of the picture is left.
+std::string options_of(std::string_view& rest)
+{
+    std::string options;
+    const auto is_value = [](std::string_view word)
+    {
+        double number = 0;
+        return word == "on" || word == "off" ||
+               std::from_chars(word.data(), word.data() + word.size(), number).ptr == word.data() + word.size();
+    };
+    for (std::string_view ahead = rest, word = next_word(ahead); !word.empty(); word = next_word(ahead))
+    {
+        const bool is_option = word.size() > 1 && word[0] == '-' && !is_value(word);
+        if (!is_option && (options.empty() || !is_value(word)))
+            break;
+        options += std::string(word) + " ";
+        rest = ahead;
+    }
+    return options;
+}
+
+/// The MTL of a painted OBJ. Painted materials have the picture in place of their color; what they show by other pictures stays
+/// where the texture coordinates do. Other materials stay.
 class MaterialWriter
 {
   public:
     MaterialWriter(const fs::path& model, const Painting& painting, const std::string& picture, PaintedFiles& result)
-        : folder_(model), keeps_maps_(painting.keeps_uvs), picture_(picture), result_(result)
+        : folder_(model, result), painting_(painting), picture_(picture), result_(result)
     {
     }
 
-    std::string text(const std::vector<std::string>& libraries, const std::vector<std::string>& materials)
+    std::string text(const std::vector<std::string>& libraries, const std::vector<std::string>& materials,
+                     const std::set<std::string>& painted)
     {
         for (const std::string& library : libraries)
         {
             // One name with spaces, or several names.
             std::string_view rest = library;
             if (folder_.has(library))
-                read(library);
+                read(library, painted);
             else
                 for (std::string_view name = next_word(rest); !name.empty(); name = next_word(rest))
                     if (folder_.has(name))
-                        read(std::string(name));
+                        read(name, painted);
         }
         std::string text;
         for (const std::string& material : materials)
-            text += "newmtl " + material + "\nKd 1 1 1\nmap_Kd " + picture_ + "\n" + kept_[material] + "\n";
+        {
+            text += "newmtl " + material + "\n";
+            if (painted.contains(material))
+                text += "Kd 1 1 1\nmap_Kd " + placing_[material] + picture_ + "\n";
+            text += kept_[material] + "\n";
+        }
         if (maps_left_out_ > 0)
             result_.messages.push_back(fmt::format(
-                "{} pictures of the materials besides the color are left out, since an OBJ has one set of texture coordinates",
+                "{} pictures of the materials besides the color are left out: they are missing, or need texture coordinates "
+                "that the painting replaces",
                 maps_left_out_));
         return text;
     }
 
   private:
-    void read(const std::string& library)
+    void read(std::string_view library, const std::set<std::string>& painted)
     {
-        result_.files_read.push_back(folder_.find(library, "mtllib"));
-        const std::string all = fresco::read_text_file(result_.files_read.back());
-        std::string* material = nullptr;
+        const fs::path mtl = folder_.find(library, "mtllib");
+        result_.files_read.push_back(mtl);
+        const std::string all = fresco::read_text_file(mtl);
+        std::string material;
         for (const std::string_view statement : statements_of(all))
         {
-            std::string_view rest = statement;
+            const std::string line = joined(statement);
+            std::string_view rest = line;
             const std::string_view word = next_word(rest);
             const bool is_map = word.starts_with("map_") || word == "bump" || word == "disp" || word == "decal" ||
                                 word == "norm" || word == "refl";
+            const bool is_color = word == "Kd" || word == "map_Kd";
             if (word == "newmtl")
-                material = &kept_[trimmed(rest)];
-            else if (material == nullptr || word.empty() || word == "Kd" || word == "map_Kd")
+                material = trimmed(rest);
+            else if (word == "map_Kd" && painting_.keeps_uvs && painted.contains(material))
+                placing_[material] = options_of(rest);
+            else if (word.empty() || (is_color && painted.contains(material)))
                 continue;
-            else if (!is_map)
-                *material += trimmed(statement) + "\n";
-            else if (keeps_maps_)
-                keep_map(trimmed(statement), *material);
+            else if (is_map)
+                keep_map(std::string(word), rest, mtl.parent_path(), kept_[material]);
             else
-                ++maps_left_out_;
+                kept_[material] += trimmed(line) + "\n";
         }
     }
 
-    /// A picture other than the color's goes along under its own name.
-    void keep_map(const std::string& statement, std::string& material)
+    /// A picture other than the color's goes along, under a name that nothing else has.
+    void keep_map(const std::string& word, std::string_view rest, const fs::path& folder, std::string& material)
     {
-        const std::string name = statement.substr(statement.find_last_of(blanks) + 1);
-        if (!folder_.has(name))
+        const std::string options = options_of(rest);
+        fs::path file;
+        try
+        {
+            file = folder_.find(trimmed(rest), word, {}, folder);
+        }
+        catch (const fresco::Error&)
+        {
+            file.clear();
+        }
+        if (!painting_.keeps_uvs || file.empty())
+        {
+            ++maps_left_out_;
             return;
-        const fs::path file = folder_.find(name, "map");
-        const std::string flat = file.filename().string();
-        material += statement.substr(0, statement.size() - name.size()) + flat + "\n";
-        if (std::ranges::find(result_.files_read, file) != result_.files_read.end())
+        }
+        const auto [name, is_new] = maps_.try_emplace(
+            fs::canonical(file), fmt::format("{}_{}{}", painting_.name, maps_.size() + 1, file.extension().string()));
+        material += fmt::format("{} {}{}\n", word, options, name->second);
+        if (!is_new)
             return;
         result_.files_read.push_back(file);
         const auto bytes = fresco::read_file(file);
-        result_.files.emplace_back(flat, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+        result_.files.emplace_back(name->second, std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
     }
 
-    fresco::gltf::ModelFolder folder_;
-    bool keeps_maps_;
+    fresco::recordings::ModelFolder folder_;
+    const Painting& painting_;
     std::string picture_;
     PaintedFiles& result_;
-    std::map<std::string, std::string> kept_;
+    std::map<std::string, std::string> kept_;     ///< Statements of each material.
+    std::map<std::string, std::string> placing_;  ///< Options of its picture.
+    std::map<fs::path, std::string> maps_;
     std::size_t maps_left_out_ = 0;
 };
 
@@ -155,14 +212,17 @@ class ObjPainter
         const std::string_view word = next_word(rest);
         if (word == "mtllib")
             libraries.push_back(trimmed(rest));
-        else if (word == "f")
-            add_face(statement, rest.substr(0, rest.find('#')));
+        else if (word == "f" || word == "f\\")
+            add_face(statement);
+        else if (word == "v")
+            add_vertex(statement);
+        else if (word == "l" && !painting_.keeps_uvs)
+            add_line(statement);
         else if (word != "vt" || painting_.keeps_uvs)
         {
-            vertices_ += word == "v" ? 1 : 0;
             if (word == "usemtl")
                 use(trimmed(rest));
-            body += statement;
+            body.append(statement) += '\n';
         }
     }
 
@@ -177,6 +237,7 @@ class ObjPainter
     std::string body;
     std::vector<std::string> libraries;
     std::vector<std::string> materials;
+    std::set<std::string> painted;  ///< The materials of faces that show the picture.
     std::size_t faces = 0;
 
   private:
@@ -190,9 +251,37 @@ class ObjPainter
 
     void use(const std::string& material)
     {
-        has_material_ = true;
-        if (std::ranges::find(materials, material) == materials.end())
+        material_ = material;
+        if (known_materials_.insert(material).second)
             materials.push_back(material);
+    }
+
+    /// Colors behind a position went into the painting, and viewers would multiply it with them.
+    void add_vertex(std::string_view statement)
+    {
+        ++vertices_;
+        const std::string line = joined(statement);
+        std::vector<std::string_view> words;
+        std::string_view rest = line;
+        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+            words.push_back(word);
+        if (words.size() >= 7)
+            body += fmt::format("v {} {} {}\n", words[1], words[2], words[3]);
+        else
+            body.append(statement) += '\n';
+    }
+
+    void add_line(std::string_view statement)
+    {
+        const std::string line = joined(statement);
+        std::string_view rest = line;
+        std::string separator;
+        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+        {
+            body.append(separator).append(word.substr(0, word.find('/')));
+            separator = " ";
+        }
+        body += '\n';
     }
 
     Corner corner_of(std::string_view word) const
@@ -202,23 +291,29 @@ class ObjPainter
         const auto second = std::min(word.find('/', first + 1), word.size());
         corner.vertex = word.substr(0, first);
         corner.normal = second < word.size() ? word.substr(second + 1) : "";
-        std::from_chars(corner.vertex.data(), corner.vertex.data() + corner.vertex.size(), corner.index);
+        const std::string_view digits = corner.vertex.substr(corner.vertex.starts_with('+') ? 1 : 0);
+        std::from_chars(digits.data(), digits.data() + digits.size(), corner.index);
         if (corner.index < 0)
             corner.index += vertices_ + 1;
+        corner.texcoord = first + 1 < second ? 1 : 0;
         return corner;
     }
 
-    void add_face(std::string_view statement, std::string_view rest)
+    void add_face(std::string_view statement)
     {
-        if (!has_material_)
+        if (material_.empty())
         {
             use("painted");
             body += "usemtl painted\n";
         }
+        const std::string line = joined(statement);
+        std::string_view rest = line;
+        next_word(rest);
         std::vector<Corner> corners;
         for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
-            if (word != "\\")
-                corners.push_back(corner_of(word));
+            corners.push_back(corner_of(word));
+        if (!painting_.keeps_uvs || (!corners.empty() && corners[0].texcoord > 0))
+            painted.insert(material_);
         // As the reader does it: a fan, without triangles that name a vertex twice.
         std::vector<std::array<Corner, 3>> triangles;
         bool agrees = true;
@@ -240,7 +335,7 @@ class ObjPainter
             triangles.push_back(triangle);
         }
         if (painting_.keeps_uvs)
-            body += statement;
+            body.append(statement) += '\n';
         else if (agrees)
         {
             for (std::size_t i = 0; i < corners.size(); ++i)
@@ -278,7 +373,8 @@ class ObjPainter
 
     const Painting& painting_;
     PaintedFiles& result_;
-    bool has_material_ = false;
+    std::string material_;
+    std::set<std::string> known_materials_;
     std::int64_t vertices_ = 0;
     std::map<std::pair<float, float>, std::size_t> numbers_;
     std::vector<std::pair<float, float>> written_;
@@ -289,19 +385,20 @@ class ObjPainter
 PaintedFiles painted_obj(const fs::path& file, const Painting& painting)
 {
     PaintedFiles result;
-    const std::string text = fresco::read_text_file(file, std::size_t{1} << 33U);
-    std::string_view rest = text;
+    const auto bytes = fresco::read_file(file);
+    std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     constexpr std::string_view mark = "\xEF\xBB\xBF";
-    if (rest.starts_with(mark))
-        rest.remove_prefix(mark.size());
+    if (text.starts_with(mark))
+        text.remove_prefix(mark.size());
     ObjPainter painter(painting, result);
-    for (const std::string_view statement : statements_of(rest))
+    for (const std::string_view statement : statements_of(text))
         painter.add(statement);
     check_faces(file, painter.faces, painting);
     const Picture picture = painting.picture({});
     const std::string picture_name = painting.name + picture.extension;
-    const std::string materials = MaterialWriter(file, painting, picture_name, result).text(painter.libraries, painter.materials);
-    std::vector<std::pair<std::string, std::string>> own{
+    const std::string materials =
+        MaterialWriter(file, painting, picture_name, result).text(painter.libraries, painter.materials, painter.painted);
+    const std::vector<std::pair<std::string, std::string>> own{
         {painting.name + ".obj", "mtllib " + painting.name + ".mtl\n" + painter.texcoords() + painter.body},
         {painting.name + ".mtl", materials},
         {picture_name, std::string(reinterpret_cast<const char*>(picture.bytes.data()), picture.bytes.size())}};

@@ -31,7 +31,7 @@ struct Property
 {
     std::string line;  ///< As declared.
     std::string name;
-    std::string count_type;  ///< Of a list; else empty.
+    std::string count_type;  ///< Type of a list's count; empty: no list.
     std::string type;
 };
 
@@ -45,7 +45,8 @@ struct Element
 struct Header
 {
     std::string format;
-    std::vector<std::string> comments;  ///< With obj_info, but for TextureFile.
+    std::vector<std::string> comments;  ///< Lines of comments other than TextureFile, and of obj_info.
+    std::size_t pictures = 0;           ///< Lines of TextureFile.
     std::vector<Element> elements;
     std::size_t bytes = 0;
 };
@@ -62,7 +63,18 @@ std::vector<std::string> words_of(std::string_view line)
     return words;
 }
 
-/// The reader has checked this header; a file that changed since then is refused.
+std::size_t size_of(std::string_view type)
+{
+    static const std::map<std::string_view, std::size_t> sizes{
+        {"char", 1}, {"int8", 1},  {"uchar", 1}, {"uint8", 1},  {"short", 2}, {"int16", 2},   {"ushort", 2}, {"uint16", 2},
+        {"int", 4},  {"int32", 4}, {"uint", 4},  {"uint32", 4}, {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
+    const auto found = sizes.find(type);
+    if (found == sizes.end())
+        throw Error("the header has a type that PLY does not have: " + std::string(type.substr(0, 40)));
+    return found->second;
+}
+
+/// The reader knows this header; a file that changed since then is refused.
 Header header_of(std::string_view text)
 {
     Header header;
@@ -76,31 +88,38 @@ Header header_of(std::string_view text)
         if (line.ends_with('\r'))
             line.remove_suffix(1);
         const auto words = words_of(line);
-        if (words.empty() || words[0] == "ply")
-            continue;
-        if (words[0] == "end_header")
+        const std::string first = words.empty() ? "" : words[0];
+        if (first == "end_header")
             return header;
-        if (words[0] == "format" && words.size() > 1)
+        if (first == "format")
             header.format = line;
-        else if ((words[0] == "comment" || words[0] == "obj_info") && (words.size() < 2 || words[1] != "TextureFile"))
+        else if (first == "comment" && words.size() > 1 && words[1] == "TextureFile")
+            ++header.pictures;
+        else if (first == "comment" || first == "obj_info")
             header.comments.emplace_back(line);
-        else if (words[0] == "element" && words.size() == 3)
-            header.elements.push_back({words[1], std::stoull(words[2]), {}});
-        else if (words[0] == "property" && !header.elements.empty() && words.size() == (words[1] == "list" ? 5U : 3U))
+        else if (first == "element" && words.size() == 3)
         {
-            const bool is_list = words[1] == "list";
+            Element element{words[1], 0, {}};
+            const char* const digits_end = words[2].data() + words[2].size();
+            if (std::from_chars(words[2].data(), digits_end, element.count).ptr != digits_end)
+                throw Error("the header has a count that is no number: " + words[2].substr(0, 40));
+            header.elements.push_back(std::move(element));
+        }
+        else if (const bool is_list = words.size() == 5 && words[1] == "list";
+                 first == "property" && !header.elements.empty() && (is_list || words.size() == 3))
+        {
             header.elements.back().properties.push_back(
                 {std::string(line), words.back(), is_list ? words[2] : "", is_list ? words[3] : words[1]});
+            size_of(header.elements.back().properties.back().type);
         }
+        else if (first != "ply" && !words.empty())
+            throw Error("the header has an unknown line: " + std::string(line.substr(0, 60)));
     }
 }
 
-std::size_t size_of(std::string_view type)
+bool is_index_list(const Property& property)
 {
-    static const std::map<std::string_view, std::size_t> sizes{
-        {"char", 1}, {"int8", 1},  {"uchar", 1}, {"uint8", 1},  {"short", 2}, {"int16", 2},   {"ushort", 2}, {"uint16", 2},
-        {"int", 4},  {"int32", 4}, {"uint", 4},  {"uint32", 4}, {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
-    return sizes.at(type);
+    return !property.count_type.empty() && (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
 /// Walks over the values of a body. A value is its word in an ASCII file, and its bytes in a binary one.
@@ -116,7 +135,7 @@ class Body
     struct Values
     {
         std::string_view raw;
-        std::vector<std::int64_t> integers;  ///< Of a list of integers.
+        std::vector<std::int64_t> integers;  ///< The items of the list of a face's vertices.
     };
 
     Values next(const Property& property)
@@ -126,11 +145,10 @@ class Body
         std::size_t count = 1;
         if (!property.count_type.empty())
             count = static_cast<std::size_t>(integer(value(property.count_type), property.count_type));
-        const bool is_integer = property.type.find("float") == std::string::npos && property.type != "double";
         for (std::size_t i = 0; i < count; ++i)
         {
             const std::string_view each = value(property.type);
-            if (!property.count_type.empty() && is_integer)
+            if (is_index_list(property))
                 values.integers.push_back(integer(each, property.type));
         }
         values.raw = text_.substr(begin, at_ - begin);
@@ -177,7 +195,10 @@ class Body
     {
         std::int64_t number = 0;
         if (is_ascii_)
+        {
+            value.remove_prefix(value.starts_with('+') ? 1 : 0);
             std::from_chars(value.data(), value.data() + value.size(), number);
+        }
         else
         {
             std::uint64_t bits = 0;
@@ -206,18 +227,14 @@ class Body
     bool is_big_;
 };
 
-bool is_index_list(const Property& property)
-{
-    return property.name == "vertex_indices" || property.name == "vertex_index";
-}
-
 /// Whether new texcoords take the place of a property.
 bool is_replaced(const Element& element, const Property& property)
 {
-    static constexpr std::array<std::string_view, 6> of_vertex{"s", "t", "u", "v", "texture_u", "texture_v"};
+    static constexpr std::array<std::string_view, 8> of_vertex{"s",         "t",         "u",         "v",
+                                                               "texture_u", "texture_v", "texture_s", "texture_t"};
     if (element.name == "vertex")
         return std::ranges::find(of_vertex, property.name) != of_vertex.end();
-    return element.name == "face" && (property.name == "texcoord" || property.name == "texnumber");
+    return element.name == "face" && (property.name == "texcoord" || property.name == "texnumber" || property.name == "chart");
 }
 
 class PlyPainter
@@ -245,7 +262,7 @@ class PlyPainter
   private:
     std::string ended(std::string row) const
     {
-        if (body_.is_ascii())
+        if (body_.is_ascii() && !row.empty())
             row.back() = '\n';
         return row;
     }
@@ -345,8 +362,11 @@ std::string header_text(const Header& header, const Painting& painting, const st
 {
     std::string text = "ply\n" + header.format + "\n";
     for (const std::string& comment : header.comments)
-        text += comment + "\n";
-    text += "comment TextureFile " + picture + "\n";
+        if (painting.keeps_uvs || !comment.starts_with("comment texture_px"))
+            text += comment + "\n";
+    // Faces name pictures by number.
+    for (std::size_t i = 0; i < (painting.keeps_uvs ? std::max<std::size_t>(header.pictures, 1) : 1); ++i)
+        text += "comment TextureFile " + picture + "\n";
     for (const Element& element : header.elements)
     {
         const bool is_changed = !painting.keeps_uvs && element.name == "face";
@@ -373,8 +393,12 @@ PaintedFiles painted_ply(const fs::path& file, const Painting& painting)
         if (std::ranges::find(header.elements, "face", &Element::name) == header.elements.end())
             throw Error("the mesh has no faces, only strips, which hold no texture coordinates; set uvs: new");
         std::size_t face_rows = 0;
-        const std::string body = painting.keeps_uvs ? std::string(text.substr(header.bytes))
-                                                    : PlyPainter(file, text, header, painting, result).rows(face_rows);
+        std::string body = PlyPainter(file, text, header, painting, result).rows(face_rows);
+        if (painting.keeps_uvs)
+        {
+            body = text.substr(header.bytes);
+            result.polygons_split = 0;
+        }
         const Picture picture = painting.picture({});
         const std::string picture_name = painting.name + picture.extension;
         result.files = {{painting.name + ".ply", header_text(header, painting, picture_name, face_rows) + body},

@@ -3,7 +3,7 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright.h>
-#include <fresco/gltf/gltf_file.h>
+#include <fresco/recordings/layout.h>
 #include <fresco/stage.h>
 #include <fresco/texturing/exports.h>
 #include <fresco/texturing/glb.h>
@@ -32,8 +32,7 @@ class ExportModel final : public Stage
     Input<TexturedMesh> textured{this, "textured_mesh", "The painted atlas of the model (atlas.model)"};
     Input<Model> model{this, "model", "The model as scan.mesh read it"};
     Output<Files> files{this, "files", "The painted model; beside an OBJ its .mtl, beside an OBJ or PLY the picture"};
-    Option<InputFile> file{this, "file", required, formats({ply_format(), obj_format(), gltf::glb_format(), gltf::gltf_format()}),
-                           "The model's file"};
+    Option<InputFile> file{this, "file", required, "The model's file"};
     Option<OutputName> path{this, "path", OutputName{"room"},
                             "Output path below --out without extension: .glb for GLB and glTF, else as the model's file"};
     Choice<Uvs> uvs{this,
@@ -48,9 +47,11 @@ class ExportModel final : public Stage
     {
         check_textured_mesh(*textured, "the mesh on port 'textured_mesh'");
         check_model(*model, "the model on port 'model'");
-        const export_model::PaintedFiles painted = *uvs == Uvs::fresh ? fresh_model(run) : painted_model(run);
+        const export_model::PaintedFiles painted = is_fresh(run) ? fresh_model(run) : painted_model(run);
         for (const auto& each : painted.files_read)
             run.reads_file(each);
+        for (const auto& pattern : painted.looked_for)
+            recordings::looks_for(pattern, run);
         Files result;
         const auto folder = std::filesystem::path(path->path).parent_path();
         std::filesystem::create_directories(files.folder().path / folder);
@@ -68,6 +69,16 @@ class ExportModel final : public Stage
         files = std::move(result);
     }
 
+    bool is_fresh(RunContext& run) const
+    {
+        const std::string extension = lower_extension(file->path);
+        const bool is_known = extension == ".ply" || extension == ".obj" || extension == ".glb" || extension == ".gltf";
+        if (!is_known && *uvs != Uvs::fresh)
+            run.message(file->path.filename().string() +
+                        " is of a format that is only read: the painted model is a GLB of its own");
+        return !is_known || *uvs == Uvs::fresh;
+    }
+
     std::string name() const { return std::filesystem::path(path->path).filename().string(); }
 
     bool keeps_uvs() const
@@ -82,6 +93,11 @@ class ExportModel final : public Stage
 
     export_model::PaintedFiles painted_model(RunContext& run)
     {
+        if (model->mesh.triangles.size() != textured->mesh.triangles.size())
+            throw Error(fmt::format(
+                "the model on port 'model' has {} triangles, the painted mesh has {}: wire an atlas of the model as it "
+                "is, without mesh.decimate, or set uvs: new",
+                model->mesh.triangles.size(), textured->mesh.triangles.size()));
         const export_model::Painting painting{.atlas = textured->mesh,
                                               .keeps_uvs = keeps_uvs(),
                                               .picture = [&](const std::vector<bool>& cutout) { return encoded(cutout, run); },
@@ -100,9 +116,14 @@ class ExportModel final : public Stage
         const auto opaque = picture.encoded(*textured, picture.extension(), run);
         if (cutout.empty())
             return {opaque.bytes, picture.extension()};
-        std::vector<Raster8> own;
-        for (const std::string& each : model->pictures)
-            own.push_back(read_picture(picture.images(), model->loaded_from / each));
+        std::vector<Raster8> own(model->pictures.size());
+        for (std::size_t face = 0; face < cutout.size(); ++face)
+        {
+            const int number = model->materials[model->material_of_face[face]].picture;
+            if (cutout[face] && number != ModelMaterial::no_picture && own[static_cast<std::size_t>(number)].empty())
+                own[static_cast<std::size_t>(number)] =
+                    read_picture(picture.images(), model->loaded_from / model->pictures[static_cast<std::size_t>(number)]);
+        }
         const Raster8& rgb = opaque.picture(*textured);
         const Raster8 alpha = export_model::cutout_alpha(*model, own, textured->mesh, cutout, rgb.width, run);
         Raster8 rgba(rgb.width, rgb.height, 4);
@@ -120,7 +141,7 @@ class ExportModel final : public Stage
         const GlbOptions options{.lit = false,
                                  .turn = up.turn(textured->mesh, {0, 1, 0}, run),
                                  .image_type = picture.extension() == ".jpg" ? "image/jpeg" : "image/png",
-                                 .origin = run.origin()};
+                                 .origin = origin_of(textured->mesh, run)};
         run.report("uvs", "new");
         export_model::PaintedFiles result;
         result.files.emplace_back(name() + ".glb", make_glb(weld(textured->mesh), image.bytes, options));

@@ -14,7 +14,6 @@
 
 using namespace fresco;
 using namespace fresco::texturing;
-using Catch::Contains;
 using exported_files::Exported;
 namespace fs = std::filesystem;
 
@@ -239,6 +238,7 @@ TEST_CASE("only the picture: PNG and NPY hold every texel, JPEG its size")
     CHECK(stored_png::Codec().read_rgb(jpg.path("c.jpg")).width == 4);
     CHECK(jpg.report.at("texture_px").as_int() == 4);
 }
+
 TEST_CASE("a scan far from 0 is written less its offset, or with its own coordinates")
 {
     TexturedMesh textured = two_squares();
@@ -274,7 +274,6 @@ TEST_CASE("a scan far from 0 is written less its offset, or with its own coordin
     CHECK(turned.as_list().at(1).as_double() == Approx(0).margin(1e-6));
     CHECK(turned.as_list().at(2).as_double() == Approx(5'411'000));
 }
-
 
 TEST_CASE("what cannot be exported is refused")
 {

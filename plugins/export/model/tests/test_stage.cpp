@@ -6,6 +6,7 @@
 #include <fresco/texture.h>
 
 using namespace fresco;
+namespace fs = std::filesystem;
 
 namespace
 {
@@ -13,6 +14,7 @@ namespace
 struct Exported : testing::TemporaryFolder
 {
     testing::TestRun run;
+    std::string model_name = "wall.ply";
     std::shared_ptr<Model> model = std::make_shared<Model>();
     std::shared_ptr<TexturedMesh> painted = std::make_shared<TexturedMesh>();
 
@@ -30,7 +32,7 @@ struct Exported : testing::TemporaryFolder
     Files files(const char* uvs)
     {
         const Value options =
-            Value::Map{{"file", (path() / "wall.ply").string()}, {"uvs", uvs}, {"path", "deep/wall"}, {"image_format", "png"}};
+            Value::Map{{"file", (path() / model_name).string()}, {"uvs", uvs}, {"path", "deep/wall"}, {"image_format", "png"}};
         testing::run_stage(FRESCO_PLUGIN_FILE, "export.model", options, {{"textured_mesh", painted}, {"model", model}},
                            path() / "out", run, {{"image_io", std::make_shared<stored_png::Codec>()}});
         return *Files::load({path() / "out/files", {}});
@@ -66,4 +68,13 @@ TEST_CASE("uvs: new writes a GLB of the atlas, whatever the model's file is")
     testing::set_texcoords(exported.painted->mesh, [](Vec3f p) { return Vec2f{(p.x + 2) / 4, (p.y + 2) / 4}; });
     CHECK(exported.files("new").names == std::vector<std::string>{"deep/wall.glb"});
     CHECK(exported.contents("deep/wall.glb").starts_with("glTF"));
+}
+
+TEST_CASE("A model of a format that is only read becomes a GLB")
+{
+    Exported exported;
+    fs::rename(exported.path() / "wall.ply", exported.path() / "wall.fbx");
+    exported.model_name = "wall.fbx";
+    CHECK(exported.files("auto").names == std::vector<std::string>{"deep/wall.glb"});
+    CHECK_THAT(exported.run.messages.at(0), Catch::Contains("wall.fbx"));
 }

@@ -13,7 +13,6 @@
 #include <memory>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {

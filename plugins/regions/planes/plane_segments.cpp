@@ -76,8 +76,9 @@ class PlaneFit
     std::array<double, 9> square_{};
 };
 
-std::vector<std::uint32_t> flattest_first(const geometry::Surface& surface, const std::vector<Vec3d>& normals)
+std::vector<std::uint32_t> flattest_first(const SmoothSurface& surface)
 {
+    const std::vector<Vec3d>& normals = surface.smooth_normals;
     std::vector<std::pair<int, std::uint32_t>> order;
     for (std::uint32_t f = 0; f < normals.size(); ++f)
     {
@@ -97,17 +98,17 @@ std::vector<std::uint32_t> flattest_first(const geometry::Surface& surface, cons
 }
 
 /// Grows a segment from a face over faces that are not `taken`, and marks them.
-PlaneSegment grown_from(std::uint32_t seed, const geometry::Surface& surface, const std::vector<Vec3d>& normals,
-                        std::vector<std::uint8_t>& taken)
+PlaneSegment grown_from(std::uint32_t seed, const SmoothSurface& surface, std::vector<std::uint8_t>& taken)
 {
     const double least_cosine = numerics::cosine_deg(20);  // Between a face's smoothed normal and the plane's.
+    const std::vector<Vec3d>& normals = surface.smooth_normals;
     PlaneSegment segment;
     PlaneFit fit;
     const auto take = [&](std::uint32_t f)
     {
         taken[f] = 1;
         segment.faces.push_back(f);
-        fit.add(face_middle(surface.mesh, f), normals[f], std::max(surface.areas[f], 1e-12));
+        fit.add(surface.middles[f], normals[f], std::max(surface.areas[f], 1e-12));
     };
     take(seed);
     segment.normal = normals[seed];
@@ -123,7 +124,7 @@ PlaneSegment grown_from(std::uint32_t seed, const geometry::Surface& surface, co
         }
         for (const std::uint32_t g : surface.neighbors[segment.faces[next]])
             if (g != none && !taken[g] && dot(normals[g], segment.normal) > least_cosine &&
-                std::abs(segment.distance(face_middle(surface.mesh, g))) < most_off_m)
+                std::abs(segment.distance(surface.middles[g])) < most_off_m)
                 take(g);
     }
     segment.normal = fit.normal();
@@ -141,19 +142,25 @@ Vec3d face_middle(const Mesh& mesh, std::size_t face)
            (1.0 / 3);
 }
 
-std::vector<PlaneSegment> plane_segments(const geometry::Surface& surface, const std::vector<Vec3d>& normals,
-                                         const Progress& progress)
+SmoothSurface::SmoothSurface(const Mesh& of, const Progress& progress)
+    : Surface(of), middles(of.triangles.size()), smooth_normals(geometry::smoothed_normals(*this, progress))
+{
+    for (std::size_t f = 0; f < middles.size(); ++f)
+        middles[f] = face_middle(mesh, f);
+}
+
+std::vector<PlaneSegment> plane_segments(const SmoothSurface& surface, const Progress& progress)
 {
     std::vector<PlaneSegment> result;
-    std::vector<std::uint8_t> taken(normals.size());
+    std::vector<std::uint8_t> taken(surface.middles.size());
     std::size_t grown = 0;
-    for (const std::uint32_t seed : flattest_first(surface, normals))
+    for (const std::uint32_t seed : flattest_first(surface))
         if (!taken[seed])
         {
             constexpr std::size_t seeds_between_checks = 4096;
             if (++grown % seeds_between_checks == 0)
                 progress.check_canceled();
-            if (PlaneSegment segment = grown_from(seed, surface, normals, taken); segment.area >= least_segment_m2)
+            if (PlaneSegment segment = grown_from(seed, surface, taken); segment.area >= least_segment_m2)
                 result.push_back(std::move(segment));
         }
     return result;
@@ -177,7 +184,7 @@ long WallColumns::column_at(Vec3d point) const
     return std::lround(std::floor((dot(along, point) - first) / column_m));
 }
 
-WallColumns wall_columns(const geometry::Surface& surface, const PlaneSegment& segment)
+WallColumns wall_columns(const SmoothSurface& surface, const PlaneSegment& segment)
 {
     WallColumns result;
     result.segment = &segment;
@@ -188,7 +195,7 @@ WallColumns wall_columns(const geometry::Surface& surface, const PlaneSegment& s
     result.high = most;
     for (const std::uint32_t f : segment.faces)
     {
-        const Vec3d middle = face_middle(surface.mesh, f);
+        const Vec3d middle = surface.middles[f];
         least = std::min(least, dot(result.along, middle));
         most = std::max(most, dot(result.along, middle));
         result.low = std::min(result.low, middle.z);
@@ -200,7 +207,7 @@ WallColumns wall_columns(const geometry::Surface& surface, const PlaneSegment& s
         column.top = std::numeric_limits<double>::lowest();
     for (const std::uint32_t f : segment.faces)
     {
-        const Vec3d middle = face_middle(surface.mesh, f);
+        const Vec3d middle = surface.middles[f];
         WallColumns::Column& column = result.columns[static_cast<std::size_t>(std::max(result.column_at(middle), 0L))];
         column.area += surface.areas[f];
         column.top = std::max(column.top, middle.z);
@@ -242,4 +249,24 @@ double overtopped_share(const WallColumns& of, const std::vector<WallColumns>& a
             overtopped += of.columns[i].area;
     }
     return total > 0 ? overtopped / total : 0;
+}
+
+double backed_share(const SmoothSurface& surface, const WallColumns& of, const std::vector<PlaneSegment>& segments)
+{
+    constexpr double least_behind_m2 = 0.01;
+    std::vector<double> behind(of.columns.size());
+    for (const PlaneSegment& other : segments)
+        for (const std::uint32_t f : other.faces)
+        {
+            const Vec3d middle = surface.middles[f];
+            const double distance = -of.segment->distance(middle);
+            if (distance < nearest_behind_m || distance > farthest_behind_m)
+                continue;
+            if (const auto at = static_cast<std::size_t>(of.column_at(middle)); at < behind.size())
+                behind[at] += surface.areas[f];
+        }
+    double backed = 0;
+    for (std::size_t i = 0; i < behind.size(); ++i)
+        backed += behind[i] > least_behind_m2 ? of.columns[i].area : 0;
+    return backed / of.segment->area;
 }

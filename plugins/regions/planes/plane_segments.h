@@ -24,12 +24,19 @@ struct PlaneSegment
 inline constexpr double most_off_m = 0.03;  ///< Distance of a face's middle from the plane.
 inline constexpr double least_segment_m2 = 0.02;
 
+/// A surface with what dividing it asks of it again and again. Refers to the mesh, which must outlive it.
+struct SmoothSurface : fresco::geometry::Surface
+{
+    std::vector<fresco::Vec3d> middles;         ///< F, by face_middle.
+    std::vector<fresco::Vec3d> smooth_normals;  ///< F, by geometry::smoothed_normals.
+
+    SmoothSurface(const fresco::Mesh& of, const fresco::Progress& progress);
+};
+
 /// Grows planes over the surface: from the flattest faces outward, each plane fitted again (least squares) whenever it has
-/// doubled. Faces of smaller segments are in none. `normals`: from geometry::smoothed_normals. The same for any number of
-/// threads. Throws Canceled. Rabbani, van den Heuvel and Vosselman, "Segmentation of point clouds using smoothness constraint"
-/// (2006), on faces instead of points.
-std::vector<PlaneSegment> plane_segments(const fresco::geometry::Surface& surface, const std::vector<fresco::Vec3d>& normals,
-                                         const fresco::Progress& progress);
+/// doubled. Faces of smaller segments are in none. The same for any number of threads. Throws Canceled. Rabbani, van den Heuvel
+/// and Vosselman, "Segmentation of point clouds using smoothness constraint" (2006), on faces instead of points.
+std::vector<PlaneSegment> plane_segments(const SmoothSurface& surface, const fresco::Progress& progress);
 
 /// The mean of a face's corners.
 fresco::Vec3d face_middle(const fresco::Mesh& mesh, std::size_t face);
@@ -59,8 +66,12 @@ struct WallColumns
 };
 
 /// The columns of a segment. z is up.
-WallColumns wall_columns(const fresco::geometry::Surface& surface, const PlaneSegment& segment);
+WallColumns wall_columns(const SmoothSurface& surface, const PlaneSegment& segment);
 
 /// The share of the segment's area in columns with a higher segment behind them that faces the same way: nearly 1 for a cupboard
 /// in front of its wall, nearly 0 for a wall.
 double overtopped_share(const WallColumns& of, const std::vector<WallColumns>& all);
+
+/// The share of the segment's area in columns with any segment behind them: nearly 1 for furniture, which has a top or a back,
+/// nearly 0 for a wall, behind which no camera looked.
+double backed_share(const SmoothSurface& surface, const WallColumns& of, const std::vector<PlaneSegment>& segments);

@@ -150,10 +150,13 @@ constexpr int beam_cells = 4;
 constexpr double upright_deg = 20;
 constexpr double least_wall_m2 = 0.25;
 constexpr double least_wall_height_m = 0.5;
+constexpr double least_low_wall_height_m = 0.4;
 constexpr double eye_height_m = 1.5;
+constexpr double counter_height_m = 1;
 constexpr double least_wall_width_m = 0.8;
 constexpr double below_ceiling_m = 0.3;
 constexpr double most_overtopped = 0.5;
+constexpr double most_backed = 0.2;
 constexpr double beside_wall_m = 0.3;
 constexpr double same_plane_deg = 12;
 /// Rugs, pictures, skirting and doors are as close to the floor or a wall.
@@ -164,8 +167,7 @@ constexpr double roughly_cosine = 0.5;
 class RoomFinder
 {
   public:
-    RoomFinder(const geometry::Surface& surface, const std::vector<Vec3d>& normals, const std::vector<PlaneSegment>& segments)
-        : surface_(surface), normals_(normals), segments_(segments)
+    RoomFinder(const SmoothSurface& surface, const std::vector<PlaneSegment>& segments) : surface_(surface), segments_(segments)
     {
         parts_.of_face.assign(surface.mesh.triangles.size(), RoomPart::furniture);
     }
@@ -243,7 +245,7 @@ class RoomFinder
     void add_heights(const PlaneSegment& segment, HeightGrid& grid) const
     {
         for (const std::uint32_t f : segment.faces)
-            grid.add(face_middle(surface_.mesh, f), surface_.areas[f]);
+            grid.add(surface_.middles[f], surface_.areas[f]);
     }
 
     /// Height of the highest floor that is clearly below, or of the lowest floor.
@@ -270,7 +272,7 @@ class RoomFinder
         // Pieces of the ceiling that beams and shelves cut off, then the undersides of the beams.
         std::vector<const PlaneSegment*> large;
         for (const auto& [highest, segment] : below)
-            if (is_ceiling(*segment))
+            if (is_part(*segment, RoomPart::ceiling))
                 large.push_back(segment);
         const auto in_plane_of = [&](const PlaneSegment& piece)
         {
@@ -282,22 +284,22 @@ class RoomFinder
                                        });
         };
         for (const auto& [highest, segment] : below)
-            if (!is_ceiling(*segment) && in_plane_of(*segment))
+            if (!is_part(*segment, RoomPart::ceiling) && in_plane_of(*segment))
                 add_ceiling(*segment);
         const HeightGrid whole = ceiling_;
         for (const auto& [highest, segment] : below)
             if (const auto height = whole.near(segment->middle, beam_cells);
-                !is_ceiling(*segment) && height && std::abs(segment->middle.z - *height) < beam_m)
+                !is_part(*segment, RoomPart::ceiling) && height && std::abs(segment->middle.z - *height) < beam_m)
                 add_ceiling(*segment);
     }
 
-    bool is_ceiling(const PlaneSegment& segment) const { return parts_.of_face[segment.faces.front()] == RoomPart::ceiling; }
+    bool is_part(const PlaneSegment& segment, RoomPart part) const { return parts_.of_face[segment.faces.front()] == part; }
 
     double highest_face(const PlaneSegment& segment) const
     {
         double highest = segment.middle.z;
         for (const std::uint32_t f : segment.faces)
-            highest = std::max(highest, face_middle(surface_.mesh, f).z);
+            highest = std::max(highest, surface_.middles[f].z);
         return highest;
     }
 
@@ -307,7 +309,7 @@ class RoomFinder
         double under = 0;
         for (const std::uint32_t f : segment.faces)
         {
-            const Vec3d at = face_middle(surface_.mesh, f);
+            const Vec3d at = surface_.middles[f];
             const auto height = ceiling_.near(at, 1);
             under += height && *height > at.z + beam_m && *height < at.z + headroom_m ? surface_.areas[f] : 0;
         }
@@ -330,29 +332,60 @@ class RoomFinder
         for (const PlaneSegment& segment : segments_)
             if (std::abs(segment.normal.z) < upright)
                 upright_.push_back(wall_columns(surface_, segment));
-        for (const WallColumns& columns : upright_)
-            if (is_wall(columns))
-                walls_.push_back(&columns);
-        parts_.wall_planes = walls_.size();
-        const std::size_t found = walls_.size();
-        for (const WallColumns& columns : upright_)
-            if (std::any_of(walls_.begin(), walls_.begin() + static_cast<std::ptrdiff_t>(found),
-                            [&](const WallColumns* wall)
-                            { return wall->segment != columns.segment && continues(*wall, columns); }))
-                walls_.push_back(&columns);
-        for (const WallColumns* wall : walls_)
-            mark(*wall->segment, RoomPart::walls);
+        // Windows and pictures are part of the wall that they stand out of before they could be low walls themselves.
+        for (const bool low : {false, true})
+        {
+            const std::size_t first = walls_.size();
+            add_walls([&](const WallColumns& columns) { return low ? is_low_wall(columns) : is_wall(columns); });
+            const std::size_t found = walls_.size();
+            parts_.wall_planes += found - first;
+            add_walls(
+                [&](const WallColumns& columns)
+                {
+                    const auto begin = walls_.begin();
+                    return std::any_of(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(found),
+                                       [&](const WallColumns* wall) { return continues(*wall, columns); });
+                });
+        }
     }
 
+    template <class Condition>
+    void add_walls(const Condition& is_one)
+    {
+        for (const WallColumns& columns : upright_)
+            if (!is_part(*columns.segment, RoomPart::walls) && is_one(columns))
+            {
+                walls_.push_back(&columns);
+                mark(*columns.segment, RoomPart::walls);
+            }
+    }
+
+    /// Under a ceiling a wall reaches it; where none was scanned, the wall may not have been up to its top either.
     bool is_wall(const WallColumns& wall) const
     {
-        if (wall.segment->area < least_wall_m2 || wall.high - wall.low < least_wall_height_m)
-            return false;
-        const auto floor = floor_below(wall.low + storey_height_m / 2);
-        const bool is_tall = wall.width() >= least_wall_width_m && (!floor || wall.high > *floor + eye_height_m);
-        // Under a ceiling a wall reaches it; where none was scanned, the wall may not have been up to its top either.
-        return reaches_ceiling(wall).value_or(is_tall) && overtopped_share(wall, upright_) < most_overtopped;
+        return is_large(wall, least_wall_height_m) && reaches_ceiling(wall).value_or(is_wide_and_high(wall, eye_height_m)) &&
+               !is_overtopped(wall);
     }
+
+    /// A wall that cupboards above it or the end of the scan cut off below eye height: unlike furniture, it has nothing behind.
+    bool is_low_wall(const WallColumns& wall) const
+    {
+        return is_large(wall, least_low_wall_height_m) && is_wide_and_high(wall, counter_height_m) && !is_overtopped(wall) &&
+               backed_share(surface_, wall, segments_) < most_backed;
+    }
+
+    static bool is_large(const WallColumns& wall, double least_height_m)
+    {
+        return wall.segment->area >= least_wall_m2 && wall.high - wall.low >= least_height_m;
+    }
+
+    bool is_wide_and_high(const WallColumns& wall, double above_floor_m) const
+    {
+        const auto floor = floor_below(wall.low + storey_height_m / 2);
+        return wall.width() >= least_wall_width_m && (!floor || wall.high > *floor + above_floor_m);
+    }
+
+    bool is_overtopped(const WallColumns& wall) const { return overtopped_share(wall, upright_) >= most_overtopped; }
 
     /// Returns nothing where no ceiling is near most of the wall.
     std::optional<bool> reaches_ceiling(const WallColumns& wall) const
@@ -385,13 +418,13 @@ class RoomFinder
         if (dot(wall.segment->normal, piece.segment->normal) < cosine_deg(same_plane_deg) ||
             std::abs(wall.segment->distance(middle)) > thickness_m)
             return false;
-        return is_beside(wall, middle);
+        return is_beside(wall, middle, beside_wall_m + piece.width() / 2);
     }
 
-    static bool is_beside(const WallColumns& wall, Vec3d point)
+    static bool is_beside(const WallColumns& wall, Vec3d point, double within_m = beside_wall_m)
     {
         const double u = dot(wall.along, point) - wall.first;
-        return u > -beside_wall_m && u < wall.width() + beside_wall_m;
+        return u > -within_m && u < wall.width() + within_m;
     }
 
     void take_what_is_close(const Progress& progress)
@@ -401,7 +434,7 @@ class RoomFinder
                        [&](std::size_t f)
                        {
                            if (parts_.of_face[f] == RoomPart::furniture)
-                               parts_.of_face[f] = part_close_to(face_middle(surface_.mesh, f), normals_[f]);
+                               parts_.of_face[f] = part_close_to(surface_.middles[f], surface_.smooth_normals[f]);
                        });
     }
 
@@ -439,8 +472,7 @@ class RoomFinder
         return RoomPart::furniture;
     }
 
-    const geometry::Surface& surface_;
-    const std::vector<Vec3d>& normals_;
+    const SmoothSurface& surface_;
     const std::vector<PlaneSegment>& segments_;
     RoomParts parts_;
     std::vector<HeightGrid> floors_;
@@ -454,8 +486,7 @@ class RoomFinder
 RoomParts find_room_parts(const Mesh& upright, const Progress& progress)
 {
     const Mesh mesh = texturing::welded(upright);
-    const geometry::Surface surface(mesh);
-    const std::vector<Vec3d> normals = geometry::smoothed_normals(surface, progress);
-    const std::vector<PlaneSegment> segments = plane_segments(surface, normals, progress);
-    return RoomFinder(surface, normals, segments).find(progress);
+    const SmoothSurface surface(mesh, progress);
+    const std::vector<PlaneSegment> segments = plane_segments(surface, progress);
+    return RoomFinder(surface, segments).find(progress);
 }

@@ -9,8 +9,7 @@ namespace
 
 std::vector<PlaneSegment> segments_of(const Mesh& mesh)
 {
-    const geometry::Surface surface(mesh);
-    return plane_segments(surface, geometry::smoothed_normals(surface, Progress{}), Progress{});
+    return plane_segments(SmoothSurface(mesh, Progress{}), Progress{});
 }
 
 }  // namespace

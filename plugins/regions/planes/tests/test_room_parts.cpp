@@ -56,6 +56,30 @@ TEST_CASE("room parts: without a ceiling walls are what is tall and has nothing 
     CHECK(room.iou(parts.of_face, RoomPart::furniture) > 0.9);
 }
 
+TEST_CASE(
+    "room parts: a strip of wall between a counter and cupboards is one, though nothing above was scanned; a sideboard is not")
+{
+    KnownRoom room;
+    room.noise_m = 0.004;
+    const Vec3f up{0, 0, 0.48F}, across{0, 3, 0};
+    room.sheet(RoomPart::floor, {}, {4, 0, 0}, across);
+    room.sheet(RoomPart::walls, {4, 3, 0}, {0, 0, 1.65F}, {-4, 0, 0});
+    // An appliance on the counter parts the strip; the larger part is bent by 1.5 degrees.
+    room.sheet(RoomPart::walls, {0, 0.7F, 0.92F}, up, {0, -0.7F, 0});
+    room.sheet(RoomPart::walls, {-0.055F, 3, 0.92F}, up, {0.055F, -2.1F, 0});
+    room.sheet(RoomPart::furniture, {0, 0.7F, 0.92F}, {0.4F, 0, 0}, up);
+    room.sheet(RoomPart::furniture, {0.4F, 0.7F, 0.92F}, {0, 0.2F, 0}, up);
+    room.sheet(RoomPart::furniture, {0, 0.9F, 0.92F}, up, {0.4F, 0, 0});
+    room.sheet(RoomPart::furniture, {0, 0, 0.92F}, {0.6F, 0, 0}, across);
+    room.sheet(RoomPart::furniture, {0.6F, 0, 0}, across, {0, 0, 0.92F});
+    room.sheet(RoomPart::furniture, {0, 0, 1.4F}, across, {0.35F, 0, 0});
+    room.sheet(RoomPart::furniture, {0.35F, 0, 1.4F}, across, {0, 0, 0.25F});
+    // A sideboard, behind and above which nothing was scanned.
+    room.sheet(RoomPart::furniture, {3.5F, 0.5F, 0}, {0, 0, 1.2F}, {0, 2, 0});
+    room.sheet(RoomPart::furniture, {3.5F, 0.5F, 1.2F}, {0.4F, 0, 0}, {0, 2, 0});
+    CHECK(room.least_iou(found(room).of_face) > 0.98);
+}
+
 TEST_CASE("room parts: holes change nothing around them")
 {
     KnownRoom room = furnished(0.004);

@@ -87,9 +87,9 @@ TEST_CASE("What a pipeline file must not hold is named with its place", "[yaml]"
              {"a: \"never \\\"\n", "1:4", "quote"},
              {"a: \xff\n", "1:4", "UTF-8"},
              {std::string("a: \0b\n", 6), "1:4", "UTF-8"},
-             {"run: [echo, \"shown\\rhidden\"]\n", "1:13", "control character"},
              {"a: [\"p.yaml\\0.ply\"]\n", "1:5", "control character"},
              {"a: \"\\u009b2J\"\n", "1:4", "control character"},
+             {"run: [echo, \"shown\\rhidden\"]\n", "1:13", "control character"},
              {"a: \xc2\x9b\n", "1:4", "control character"},
              {"\"a\\x7f\": 1\n", "1:1", "control character"},
              {"\"a\\tb\": 1\n", "1:1", "an end of line or a tab"}})

@@ -39,8 +39,8 @@ class ScanInspect final : public Stage
         if (mesh.has_value())
         {
             check_mesh(*mesh, "the mesh on port 'mesh'");
-            cast.emplace(*mesh);
             check_offset(*frames, *mesh);
+            cast.emplace(*mesh);
         }
         const raycast::Scene* const scene = cast ? &*cast : nullptr;
         std::filesystem::path json = path->path;

@@ -4,7 +4,6 @@
 #include "picture_info.h"
 
 using namespace image_opencv;
-using Catch::Contains;
 
 namespace
 {

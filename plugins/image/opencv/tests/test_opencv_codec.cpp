@@ -11,7 +11,6 @@ using fresco::Raster16;
 using fresco::Raster8;
 using namespace image_opencv;
 using namespace samples;
-using Catch::Contains;
 
 namespace
 {

@@ -6,7 +6,6 @@
 namespace
 {
 
-using Catch::Contains;
 using namespace fresco;
 using namespace fresco::testing;
 

@@ -14,7 +14,6 @@
 namespace
 {
 
-using Catch::Contains;
 using namespace record3d::testing;
 
 Text unpacked(const Text& packed, std::size_t size)

@@ -10,7 +10,6 @@
 namespace
 {
 
-using Catch::Contains;
 using namespace fresco;
 using namespace fresco::testing;
 

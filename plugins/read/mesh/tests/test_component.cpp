@@ -7,7 +7,6 @@
 #include <fresco/testing.h>
 
 using namespace fresco;
-using Catch::Contains;
 
 TEST_CASE("read.mesh: reads PLY and OBJ, refuses damage by name")
 {

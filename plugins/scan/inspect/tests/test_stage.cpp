@@ -5,7 +5,6 @@
 #include <fresco/files_io.h>
 
 using namespace fresco;
-using Catch::Contains;
 
 namespace
 {

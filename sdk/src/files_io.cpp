@@ -56,10 +56,9 @@ std::size_t read_some(const FileDescriptor& input, std::span<std::byte> bytes, c
     return static_cast<std::size_t>(count);
 }
 
-/// A regular file, and its size.
-std::pair<FileDescriptor, std::size_t> opened_file(const std::filesystem::path& file)
+/// A regular file that was opened, and its size.
+std::pair<FileDescriptor, std::size_t> opened_file(const std::filesystem::path& file, FileDescriptor input)
 {
-    FileDescriptor input = open_file(file, O_RDONLY);
     struct stat status = {};
     if (!input.valid() || ::fstat(input.get(), &status) != 0)
         throw MissingInput(file.string() + ": cannot be opened: " + cause());
@@ -207,7 +206,7 @@ void flush(const std::list<Draft>& drafts)
 
 std::vector<std::byte> read_file(const std::filesystem::path& file, std::size_t limit_bytes)
 {
-    const auto [input, size] = opened_file(file);
+    const auto [input, size] = opened_file(file, open_file(file, O_RDONLY));
     if (size > limit_bytes)
         throw Error(fmt::format("{}: has {} bytes; at most {} are accepted", file.string(), size, limit_bytes));
     std::vector<std::byte> bytes(size);
@@ -328,7 +327,10 @@ std::string content_hash(std::string_view text)
 
 std::string file_hash(const std::filesystem::path& file)
 {
-    const FileDescriptor input = opened_file(file).first;
+    // An input may be a link in a folder where links are forbidden; a FIFO must not be waited for.
+    const FileDescriptor input =
+        opened_file(file, FileDescriptor(uninterrupted([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); })))
+            .first;
     const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), &XXH3_freeState);
     XXH3_128bits_reset(state.get());
     std::vector<std::byte> buffer(std::size_t{1} << 20U);

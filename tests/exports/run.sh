@@ -39,7 +39,7 @@ for uvs in keep second; do
 version: 1
 stages:
   scan: {type: scan.mesh, path: out/plain.glb}
-  atlas: {type: atlas.model, input: scan, uvs: $uvs, size_px: 1024}
+  atlas: {type: atlas.model, input: {mesh: scan}, uvs: $uvs, size_px: 1024}
   photo: {type: texture.from_model, input: {model: scan, mesh: atlas}}
   bake: {type: texture.bake, input: {texture: photo, mesh: atlas}}
   glb: {type: export.model, input: {textured_mesh: bake, model: scan}, file: out/plain.glb, path: $uvs, uvs: $uvs}

@@ -82,7 +82,10 @@ TEST_CASE("a recording is read by its layout, and with what the stage is told of
     Scan far;
     for (Frame& frame : far.recorded.frames)
         frame.color.world_from_camera.translation += Vec3d{448'000, 5'411'000, 0};
-    CHECK_THAT(error_of([&] { far.frames(); }),
+    CHECK_THAT(error_of(
+                   [&] {
+                       far.frames({{"mesh", (far.folder.path() / "mesh.ply").string()}});
+                   }),
                Contains("mesh.ply: the mesh is 5430 km from the cameras, around (0, 0, 0) and (448000, 5411000, 0) m"));
     write_file(far.folder.path() / "mesh.ply",
                "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"

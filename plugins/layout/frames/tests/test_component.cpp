@@ -3,6 +3,7 @@
 #include <fresco/files_io.h>
 #include <fresco/npy.h>
 
+#include <algorithm>
 #include <set>
 
 namespace

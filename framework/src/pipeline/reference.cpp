@@ -184,33 +184,25 @@ ReferencePages reference_pages(const Catalog& catalog)
 
 std::vector<std::string> write_reference(const ReferencePages& pages, const fs::path& folder)
 {
-    std::vector<std::string> changed;
     fs::create_directories(folder);
-    for (const auto& [name, difference] : reference_differences(pages, folder))
+    std::vector<std::string> changed;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (const std::string name = entry.path().filename(); !pages.contains(name) && is_page(entry.path()))
+        {
+            fs::remove(entry);
+            changed.push_back(name);
+        }
+    for (const auto& [name, text] : pages)
     {
         const fs::path file = folder / name;
         if (fs::exists(file) && !is_page(file))
             throw Error(file.string() + ": exists and is not a page of the reference; move it away");
-        if (const auto page = pages.find(name); page != pages.end())
-            write_file(file, page->second);
-        else
-            fs::remove(file);
+        if (fs::exists(file) && read_text_file(file) == text)
+            continue;
+        write_file(file, text);
         changed.push_back(name);
     }
     return changed;
-}
-
-ReferencePages reference_differences(const ReferencePages& pages, const fs::path& folder)
-{
-    ReferencePages differences;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder, ignored))
-        if (const std::string name = entry.path().filename(); !pages.contains(name) && is_page(entry.path()))
-            differences[name] = "no plugin has this type";
-    for (const auto& [name, text] : pages)
-        if (const fs::path file = folder / name; !is_page(file) || read_text_file(file) != text)
-            differences[name] = fs::exists(file) ? "is not what the plugin declares" : "is missing";
-    return differences;
 }
 
 }  // namespace fresco::host

@@ -25,8 +25,4 @@ ReferencePages reference_pages(const Catalog& catalog);
 /// Throws Error naming the file that cannot be written.
 std::vector<std::string> write_reference(const ReferencePages& pages, const std::filesystem::path& folder);
 
-/// The files in `folder` that are missing, are not as write_reference would write them, or are of no type; each with which of
-/// that.
-ReferencePages reference_differences(const ReferencePages& pages, const std::filesystem::path& folder);
-
 }  // namespace fresco::host

@@ -33,16 +33,13 @@ TEST_CASE("pages are written where they differ, and nothing else is touched", "[
     const fresco::testing::TemporaryFolder folder;
     const auto place = folder.path() / "reference";
     const auto pages = reference_pages(hand_made_catalog());
-    CHECK(reference_differences(pages, place).size() == pages.size());
     CHECK(write_reference(pages, place).size() == pages.size());
-    CHECK(reference_differences(pages, place).empty());
+    CHECK(fresco::read_text_file(place / "mesh.pass.md") == pages.at("mesh.pass.md"));
     CHECK(write_reference(pages, place).empty());
 
     fresco::write_file(place / "mesh.pass.md", pages.at("mesh.pass.md") + "and more\n");
     fresco::write_file(place / "loss.gone.md", pages.at("loss.gram.md"));
-    CHECK(reference_differences(pages, place) ==
-          ReferencePages{{"loss.gone.md", "no plugin has this type"}, {"mesh.pass.md", "is not what the plugin declares"}});
-    CHECK(write_reference(pages, place).size() == 2);
+    CHECK(write_reference(pages, place) == std::vector<std::string>{"loss.gone.md", "mesh.pass.md"});
     CHECK_FALSE(std::filesystem::exists(place / "loss.gone.md"));
 
     fresco::write_file(place / "README.md", "My own words.\n");

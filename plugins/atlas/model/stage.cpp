@@ -86,9 +86,10 @@ AtlasShares shares_of(const fresco::Mesh& mesh)
         overlaps[a] = overlaps[b] = true;
     AtlasShares shares;
     double surface = 0;
-    for (std::uint32_t f = 0; f < faces.size(); ++f)
+    for (const std::uint32_t f : faces)
     {
-        const double area = 0.5 * cross(corners[3 * f + 1] - corners[3 * f], corners[3 * f + 2] - corners[3 * f]);
+        const std::size_t first = 3 * std::size_t{f};
+        const double area = 0.5 * cross(corners[first + 1] - corners[first], corners[first + 2] - corners[first]);
         const double on_surface = length(area_vector(mesh, f));
         surface += on_surface;
         shares.used += std::abs(area);

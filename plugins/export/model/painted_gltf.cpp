@@ -320,7 +320,8 @@ class GltfPainter
                 fmt::format("nodes share meshes of more than {} primitives in all; set uvs: new", most_copied_primitives));
         Value::List& meshes = list_of(document_, "meshes");
         meshes.push_back(Value(meshes[mesh]));
-        file_.model.meshes.push_back(tinygltf::Mesh(file_.model.meshes[mesh]));
+        const tinygltf::Mesh copy = file_.model.meshes[mesh];
+        file_.model.meshes.push_back(copy);
         list_of(document_, "nodes")[node].set("mesh", meshes.size() - 1);
         return meshes.size() - 1;
     }

@@ -267,7 +267,7 @@ class PlyPainter
         return row;
     }
 
-    std::string separated(std::string value) const { return body_.is_ascii() ? value + " " : value; }
+    std::string separated(const std::string& value) const { return body_.is_ascii() ? value + " " : value; }
 
     std::string row(const Element& element)
     {

@@ -104,6 +104,7 @@ class MaterialReader
     static constexpr int no_picture = -1;
     static constexpr int first_tile = 1001;
     static constexpr int tiles = 1000;
+    static constexpr float rows_of_tiles = 100;
     static constexpr std::string_view udim = "<UDIM>";
 
     std::string place_of(const fresco::MeshFileName& name, const std::string& keyword) const
@@ -208,7 +209,7 @@ class MaterialReader
             return no_tile;
         const float column = std::floor((uv[0].x + uv[1].x + uv[2].x) / 3);
         const float row = std::floor((uv[0].y + uv[1].y + uv[2].y) / 3);
-        if (!(column >= 0 && column < 10 && row >= 0 && row < tiles / 10))
+        if (!(column >= 0 && column < 10 && row >= 0 && row < rows_of_tiles))
         {
             ++outside_tiles_;
             return no_picture;

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-// Longer names are none, and would take stack for each character.
+// A name has fewer than 100 characters: std::regex takes stack for each.
 const std::regex braces(R"(\{\{|\}\}|\{([^{}]{0,99})\}|[{}])");
 
 /// The word with the value of each {name} in its place.

@@ -108,6 +108,8 @@ TEST_CASE("Mesh: coordinates that floats are too coarse for are stored less a ro
     CHECK(offset_for(std::vector<Vec3d>{{1023, -1023, 0}, {1023, -1023, 1}, {9e6, 9e6, -9e6}}) == Vec3d{});
     // A room in millimeters is not far from 0.
     CHECK(offset_for(std::vector<Vec3d>{{0, 0, 0}, {1000, 5000, 0}, {4000, 5000, 0}, {4000, 6000, 0}}) == Vec3d{});
+    // Its cameras, all at one height, are not, either.
+    CHECK(offset_for(std::vector<Vec3d>{{0, 0, 1450}, {1000, 3000, 1500}, {4000, 0, 1500}, {4000, 3000, 1550}}) == Vec3d{});
     // Neither stray vertices nor a height take part.
     std::vector<Vec3d> strayed(8, {448'049, -5'411'051, 1000});
     strayed[2] = {0, 9e6, -9e6};

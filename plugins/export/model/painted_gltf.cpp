@@ -46,7 +46,7 @@ constexpr std::string_view draco = "KHR_draco_mesh_compression";
 constexpr std::string_view emissive_strength = "KHR_materials_emissive_strength";
 constexpr std::string_view specular_glossiness = "KHR_materials_pbrSpecularGlossiness";
 
-/// Extensions besides KHR_materials_…, in which textures, pictures and views are named by the keys that the format has for them.
+/// Extensions that name textures, images and views by the format's own keys, as those of KHR_materials_… do.
 constexpr std::array<std::string_view, 9> plain_extensions{"EXT_meshopt_compression", draco,
                                                            "EXT_texture_webp",        "EXT_texture_avif",
                                                            "KHR_texture_basisu",      "KHR_texture_transform",

@@ -128,10 +128,11 @@ class MaterialWriter
             text += kept_[material] + "\n";
         }
         if (maps_left_out_ > 0)
-            result_.messages.push_back(fmt::format(
-                "{} pictures of the materials besides the color are left out: they are missing, or need texture coordinates "
-                "that the painting replaces",
-                maps_left_out_));
+            result_.messages.push_back(fmt::format("{} picture{} other than the base color's {} left out: missing, or placed by "
+                                                   "texture coordinates that the painting "
+                                                   "replaces",
+                                                   maps_left_out_, maps_left_out_ == 1 ? "" : "s",
+                                                   maps_left_out_ == 1 ? "is" : "are"));
         return text;
     }
 

@@ -58,8 +58,8 @@ struct Mesh : Artifact
 void check_mesh(const Mesh& mesh, std::string_view source);
 
 /// The offset that float needs for these points of the world: zero, or along each axis on which floats at the points' median are
-/// more than 0.1 mm apart (from 1024 m) and 0 is farther off than the points are from each other, but for a quarter of them: the
-/// median rounded to 100 m.
+/// more than 0.1 mm apart (from 1024 m) and 0 is farther off than the points are from each other along any axis, but for a
+/// quarter of them: the median rounded to 100 m.
 Vec3d offset_for(std::span<const Vec3d> points);
 /// Gives the mesh these positions of the world, V, and this offset.
 void place(Mesh& mesh, std::span<const Vec3d> positions, Vec3d offset_m);

@@ -158,7 +158,7 @@ TEST_CASE("everything that a dataset holds is read as it was written, without a 
         CHECK(load_depth_steps(frames->frames[0], nullptr) == made.depths[0]);
         CHECK(frames->frames[0].depth_unit_m == 0.25);
         CHECK(frames->frames[1].depth_picture.empty());
-        CHECK(Image::load({out / "style", out})->pixels == made.style);  // An image without pixels, if there is none.
+        CHECK(Image::load({out / "style", out})->pixels == made.style);  // Without a style, the image has no pixels.
         CHECK(made.run.messages.size() == (made.manifest.has_style ? 0 : 1));
         const auto mesh = Mesh::load({out / "mesh", out});
         CHECK(mesh->triangles == made.mesh.triangles);

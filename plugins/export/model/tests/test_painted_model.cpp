@@ -349,13 +349,13 @@ TEST_CASE("An OBJ's other pictures, placing and colors: kept with its texture co
     CHECK(kept.files[2].second == paint);
     CHECK(kept.files[3] == std::pair<std::string, std::string>{"painted_1.png", "the old picture"});
     CHECK(kept.files[4].second == "bumps");
-    CHECK_THAT(kept.messages.back(), Contains("1 pictures"));
+    CHECK_THAT(kept.messages.back(), Contains("1 picture other"));
 
     const auto second = painted_obj(test.path() / "a.obj", test.painting(atlas_of(1)));
     CHECK(second.files.size() == 3);
     CHECK_THAT(second.files[0].second, Contains("l 1 2\n") && Contains("f 1/1 2/2 3/3\n") && Contains("f 1/1 3/3 +4/4\n"));
     CHECK_THAT(second.files[1].second, Contains("newmtl two\nKd 1 1 1\nmap_Kd painted.png\n"));
-    CHECK_THAT(second.messages.back(), Contains("3 pictures"));
+    CHECK_THAT(second.messages.back(), Contains("3 pictures other"));
 }
 
 TEST_CASE("A PLY keeps its vertices, faces and other properties")

@@ -189,6 +189,21 @@ TEST_CASE("the UDIM tiles of a picture are read by the texcoords of faces", "[sc
     files.picture("t.21001.png");
     files.picture("t.21002.png");
     CHECK(read("t.21001.png").materials.size() == 1);
+    // Numbered pictures of several materials are no tiles.
+    CHECK(read("t.1001.png\nnewmtl b\nmap_Kd t.1002.png").materials.at(0).wrap_u == Wrap::repeat);
+}
+
+TEST_CASE("names of files may have a colon; too long ones and lists of them are refused, not looked for", "[scan.mesh]")
+{
+    const Files files;
+    files.picture("hero:body.png");
+    files.write("a.mtl", "newmtl a\nmap_Kd hero:body.png\n");
+    CHECK(files.obj(triangle + "mtllib a.mtl\nusemtl a\nf 1/1 2/2 3/3\n").pictures.at(0).file.filename() == "hero:body.png");
+    std::string deep;
+    for (int i = 0; i < 70; ++i)
+        deep += "a/";
+    for (const std::string& name : {deep + "a.mtl", std::string(2000, 'a')})
+        CHECK_THROWS_WITH(files.obj(triangle + "mtllib " + name + "\nf 1 2 3\n"), Contains("is not a file name"));
 }
 
 TEST_CASE("map_Kd places the texcoords of its faces; faces without take the color", "[scan.mesh]")

@@ -1,24 +1,22 @@
+#include "gltf_edit.h"
 #include "painted_model.h"
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/gltf/gltf_file.h>
 #include <fresco/gltf/scene.h>
-#include <fresco/texturing/glb.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <set>
 #include <span>
 #include <stdexcept>
 #include <string_view>
-#include <tuple>
 
 namespace export_model
 {
@@ -38,9 +36,7 @@ namespace
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// Graphics hardware restarts strips at this index, so no vertex has this number.
 constexpr std::size_t restart_index = 65535;
-constexpr std::size_t most_bytes = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t most_copied_primitives = 1'000'000;
-constexpr int array_buffer = 34962;
 constexpr int element_array_buffer = 34963;
 constexpr std::string_view draco = "KHR_draco_mesh_compression";
 constexpr std::string_view emissive_strength = "KHR_materials_emissive_strength";
@@ -52,86 +48,6 @@ constexpr std::array<std::string_view, 9> plain_extensions{"EXT_meshopt_compress
                                                            "KHR_texture_basisu",      "KHR_texture_transform",
                                                            "KHR_mesh_quantization",   "KHR_lights_punctual",
                                                            "KHR_node_visibility"};
-
-/// The list of a document, made if it is not there.
-Value::List& list_of(Value& document, std::string_view key)
-{
-    if (document.find(key) == nullptr)
-        document.set(key, Value::List{});
-    return document.find(key)->as_list();
-}
-
-void remove(Value& map, std::string_view key)
-{
-    std::erase_if(map.as_map(), [&](const Value::Entry& each) { return each.first == key; });
-}
-
-/// The entry of an extension, or null.
-const Value* extension_of(const Value& map, std::string_view name)
-{
-    const Value* const extensions = map.find("extensions");
-    return extensions == nullptr ? nullptr : extensions->find(name);
-}
-Value* extension_of(Value& map, std::string_view name)
-{
-    return const_cast<Value*>(extension_of(std::as_const(map), name));
-}
-
-void remove_extension(Value& map, std::string_view name)
-{
-    Value* const extensions = map.find("extensions");
-    if (extensions == nullptr)
-        return;
-    remove(*extensions, name);
-    if (extensions->as_map().empty())
-        remove(map, "extensions");
-}
-
-std::size_t size_or(const Value& map, std::string_view key, std::size_t otherwise)
-{
-    const Value* const found = map.find(key);
-    return found == nullptr ? otherwise : static_cast<std::size_t>(found->as_int());
-}
-
-template <class Visit>
-void visit_entries(Value& value, const Visit& visit);
-
-template <class Visit>
-void visit_entries(Value::List& values, const Visit& visit)
-{
-    for (Value& each : values)
-        visit_entries(each, visit);
-}
-
-/// Calls `visit(key, value)` for all entries of maps at any depth but extras.
-template <class Visit>
-void visit_entries(Value& value, const Visit& visit)
-{
-    if (value.is_list())
-        visit_entries(value.as_list(), visit);
-    else if (value.is_map())
-        for (auto& [key, inner] : value.as_map())
-            if (key != "extras")
-            {
-                visit(key, inner);
-                visit_entries(inner, visit);
-            }
-}
-
-/// Removes the entries of a list whose numbers are in `gone`. Returns the new number of each.
-std::vector<std::int64_t> removed(Value::List& list, const std::set<std::int64_t>& gone)
-{
-    std::vector<std::int64_t> numbers;
-    Value::List kept;
-    for (std::size_t i = 0; i < list.size(); ++i)
-    {
-        numbers.push_back(static_cast<std::int64_t>(kept.size()));
-        if (!gone.contains(static_cast<std::int64_t>(i)))
-            kept.push_back(std::move(list[i]));
-    }
-    list = std::move(kept);
-    return numbers;
-}
 
 /// A primitive's vertices once every one of them has a single new texcoord.
 struct SplitVertices
@@ -229,11 +145,11 @@ std::string_view mime_type(std::span<const std::byte> picture)
     return text.starts_with("RIFF") && text.substr(8).starts_with("WEBP") ? "image/webp" : "";
 }
 
-class GltfPainter
+class GltfPainter : GltfEdit
 {
   public:
     GltfPainter(GltfFile file, const fs::path& path, const Painting& painting, PaintedFiles& result)
-        : file_(std::move(file)), document_(file_.document), path_(path), painting_(painting), result_(result),
+        : GltfEdit(std::move(file)), path_(path), painting_(painting), result_(result),
           originals_(list_of(document_, "materials"))
     {
     }
@@ -662,85 +578,6 @@ class GltfPainter
         remove(primitive, "mode");
     }
 
-    /// The rows of an accessor in another order, as they are.
-    std::int64_t gathered(std::int64_t accessor, std::size_t vertices, const std::vector<std::uint32_t>& source)
-    {
-        const auto number = static_cast<std::size_t>(accessor);
-        Value moved = list_of(document_, "accessors").at(number);
-        if (size_or(moved, "count", 0) != vertices)
-            throw Error(fmt::format("{}{} rows; expected one for each of {} vertices", entry("accessors", number),
-                                    size_or(moved, "count", 0), vertices));
-        moved.set("count", source.size());
-        const bool is_new = number >= file_.model.accessors.size();
-        // The format has zeros in an accessor without data.
-        if (is_new || file_.model.accessors[number].bufferView >= 0 || moved.find("sparse") != nullptr)
-        {
-            AccessorRows rows;
-            // These are the white colors.
-            if (is_new)
-            {
-                const auto view = size_or(moved, "bufferView", 0);
-                const auto& bytes = file_.model.buffers.at(size_or(list_of(document_, "bufferViews")[view], "buffer", 0)).data;
-                rows.first = bytes.data();
-                rows.stride = 4 * sizeof(float);
-                rows.components = 4;
-                rows.component_type = TINYGLTF_COMPONENT_TYPE_FLOAT;
-            }
-            else
-                rows = accessor_rows(file_.model, static_cast<int>(accessor), 1, 16);
-            const std::size_t packed =
-                rows.components *
-                static_cast<std::size_t>(tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(rows.component_type)));
-            const std::size_t stride = (packed + 3) / 4 * 4;
-            std::vector<unsigned char> bytes(stride * source.size(), 0);
-            for (std::size_t i = 0; i < source.size(); ++i)
-                std::memcpy(&bytes[i * stride], rows.first + source[i] * rows.stride, packed);
-            remove(moved, "byteOffset");
-            remove(moved, "sparse");
-            moved.set("bufferView", add_view(std::as_bytes(std::span(bytes)), array_buffer, stride));
-        }
-        return set_accessor(accessor, std::move(moved));
-    }
-
-    /// Puts an accessor in the place of one that nothing else uses, or at the end. Returns its number.
-    std::int64_t set_accessor(std::int64_t old, Value accessor)
-    {
-        Value::List& accessors = list_of(document_, "accessors");
-        if (old >= 0 && --accessor_uses_[old] == 0)
-        {
-            accessors[static_cast<std::size_t>(old)] = std::move(accessor);
-            return old;
-        }
-        accessors.push_back(std::move(accessor));
-        return static_cast<std::int64_t>(accessors.size() - 1);
-    }
-
-    std::int64_t add_floats(const std::vector<float>& values, std::size_t rows, const char* type)
-    {
-        return set_accessor(-1, Value::Map{{"bufferView", add_view(std::as_bytes(std::span(values)), array_buffer)},
-                                           {"componentType", TINYGLTF_COMPONENT_TYPE_FLOAT},
-                                           {"count", rows},
-                                           {"type", type}});
-    }
-
-    std::size_t add_view(std::span<const std::byte> bytes, int target = 0, std::size_t stride = 0)
-    {
-        added_bytes_ += bytes.size();
-        if (bytes.empty() || added_bytes_ > most_bytes)
-            throw Error(bytes.empty() ? "a picture has no bytes"
-                                      : "the painted model takes more than the 4096 MiB of a GLB file");
-        Value view = Value::Map{{"buffer", file_.model.buffers.size()}, {"byteLength", bytes.size()}};
-        if (stride != 0)
-            view.set("byteStride", stride);
-        if (target != 0)
-            view.set("target", target);
-        const auto* const begin = reinterpret_cast<const unsigned char*>(bytes.data());
-        file_.model.buffers.emplace_back().data.assign(begin, begin + bytes.size());
-        Value::List& views = list_of(document_, "bufferViews");
-        views.push_back(std::move(view));
-        return views.size() - 1;
-    }
-
     // --- the file
 
     bool uses_draco()
@@ -748,26 +585,6 @@ class GltfPainter
         bool uses = false;
         visit_entries(list_of(document_, "meshes"), [&](const std::string& key, Value&) { uses = uses || key == draco; });
         return uses;
-    }
-
-    void remove_unused_views()
-    {
-        Value::List& views = list_of(document_, "bufferViews");
-        std::set<std::int64_t> gone;
-        for (std::size_t i = 0; i < views.size(); ++i)
-            gone.insert(static_cast<std::int64_t>(i));
-        const auto visit_views = [&](const auto& visit)
-        {
-            visit_entries(document_,
-                          [&](const std::string& key, Value& value)
-                          {
-                              if (key == "bufferView")
-                                  visit(value);
-                          });
-        };
-        visit_views([&](const Value& view) { gone.erase(view.as_int()); });
-        const auto numbers = removed(views, gone);
-        visit_views([&](Value& view) { view = numbers.at(static_cast<std::size_t>(view.as_int())); });
     }
 
     void add_origin()
@@ -781,58 +598,6 @@ class GltfPainter
         asset.set("extras", std::move(extras));
     }
 
-    /// The bytes of views one after the other in one buffer. Buffers without bytes, which compressed views name, stay.
-    std::string packed()
-    {
-        std::string binary;
-        std::map<std::tuple<std::size_t, std::size_t, std::size_t>, std::size_t> places;
-        Value::List buffers{Value::Map{}};
-        std::map<std::size_t, std::size_t> empty_buffers;
-        const auto move = [&](Value& view)
-        {
-            const std::size_t buffer = size_or(view, "buffer", 0);
-            const std::size_t offset = size_or(view, "byteOffset", 0);
-            const std::size_t length = size_or(view, "byteLength", 0);
-            const auto& bytes = file_.model.buffers.at(buffer).data;
-            if (bytes.empty())
-            {
-                const auto [found, is_new] = empty_buffers.try_emplace(buffer, buffers.size());
-                if (is_new)
-                    buffers.push_back(list_of(document_, "buffers").at(buffer));
-                view.set("buffer", found->second);
-                return;
-            }
-            if (offset > bytes.size() || length > bytes.size() - offset || length > most_bytes - binary.size())
-                throw Error(fmt::format("bufferViews: {} bytes at {} do not fit into their buffer of {}, or into a GLB file",
-                                        length, offset, bytes.size()));
-            const auto [found, is_new] = places.try_emplace({buffer, offset, length}, binary.size());
-            if (is_new)
-            {
-                binary.append(reinterpret_cast<const char*>(bytes.data()) + offset, length);
-                binary.resize((binary.size() + 3) / 4 * 4);
-            }
-            view.set("buffer", 0);
-            view.set("byteOffset", found->second);
-        };
-        for (Value& view : list_of(document_, "bufferViews"))
-        {
-            // A compressed view names the place of its stream.
-            if (Value* const extensions = view.find("extensions"))
-                for (auto& [name, extension] : extensions->as_map())
-                    if (extension.find("buffer") != nullptr)
-                        move(extension);
-            move(view);
-        }
-        buffers[0] = Value::Map{{"byteLength", binary.size()}};
-        document_.set("buffers", std::move(buffers));
-        for (const char* const list : {"extensionsUsed", "extensionsRequired", "animations", "skins"})
-            if (const Value* const found = document_.find(list); found != nullptr && found->as_list().empty())
-                remove(document_, list);
-        return fresco::texturing::glb_of(document_, binary);
-    }
-
-    GltfFile file_;
-    Value& document_;
     const fs::path& path_;
     const Painting& painting_;
     PaintedFiles& result_;
@@ -842,10 +607,8 @@ class GltfPainter
     std::set<int> unpainted_materials_;
     std::size_t faces_ = 0;
     std::size_t copied_primitives_ = 0;
-    std::size_t added_bytes_ = 0;
     std::vector<bool> cutout_;
     bool has_cutout_ = false;
-    std::map<std::int64_t, std::int64_t> accessor_uses_;
     std::size_t texture_ = 0;
     std::map<std::pair<int, std::size_t>, std::size_t> painted_materials_;
     std::set<int> changed_materials_;

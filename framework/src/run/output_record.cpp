@@ -7,6 +7,7 @@
 #include <fresco/file_access.h>
 
 #include <algorithm>
+#include <cerrno>
 
 namespace fresco::host
 {
@@ -20,7 +21,7 @@ void OutputRecord::read()
 {
     entries_.clear();
     const fs::path file = folder_ / file_name;
-    if (!path_status(file))
+    if (!path_status(file) && (errno == ENOENT || errno == ENOTDIR))
         return;
     std::optional<Value> record;
     try

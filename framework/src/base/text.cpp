@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fmt/ranges.h>
+#include <numeric>
 #include <span>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -67,7 +68,6 @@ const char* escape(Tone tone)
 constexpr std::size_t gap = 2;
 /// A folded text has at least this room beside the other columns.
 constexpr std::size_t least_text = 28;
-constexpr std::size_t least_name = 12;
 constexpr std::size_t below_indent = 4;
 
 std::string blanks(std::size_t count)
@@ -333,29 +333,11 @@ std::string TextTable::text(std::size_t width) const
         for (const auto& row : rows_)
             widths[i] = std::max(widths[i], columns(row[i]));
     }
-    const auto is_text = [&](std::size_t i) { return columns_[i].kind == Kind::text; };
-    const auto room = [&](bool with_texts)
-    {
-        std::size_t sum = indent_;
-        for (std::size_t i = 0; i < widths.size(); ++i)
-            sum += is_text(i) && !with_texts ? 0 : widths[i] + (i > 0 ? gap : 0);
-        return sum;
-    };
-    const std::size_t fixed = room(true) - widths.back();
+    const std::size_t all = std::accumulate(widths.begin(), widths.end(), indent_ + gap * (widths.size() - 1));
+    const std::size_t fixed = all - widths.back();
     // One text at most can be folded beside the others.
-    if (const bool has_text = is_text(widths.size() - 1); room(true) <= width || (has_text && fixed + least_text <= width))
-        return in_columns(widths, has_text ? fixed : 0, room(true) <= width ? without_end : width);
-    while (room(false) > width)
-    {
-        std::size_t widest = widths.size();
-        for (std::size_t i = 0; i < widths.size(); ++i)
-            if (columns_[i].kind == Kind::name && widths[i] > least_name &&
-                (widest == widths.size() || widths[i] > widths[widest]))
-                widest = i;
-        if (widest == widths.size())
-            break;
-        --widths[widest];
-    }
+    if (const bool has_text = columns_.back().kind == Kind::text; all <= width || (has_text && fixed + least_text <= width))
+        return in_columns(widths, has_text ? fixed : 0, all <= width ? without_end : width);
     return in_columns(widths, 0, width);
 }
 
@@ -383,8 +365,7 @@ std::string TextTable::in_columns(const std::vector<std::size_t>& widths, std::s
             if (column.kind == Kind::text && last)
                 line += boost::replace_all_copy(folded(row[i], here), "\n", "\n" + blanks(text_at));
             else
-                line += padded(column.kind == Kind::name ? shortened(row[i], widths[i]) : row[i], widths[i],
-                               column.kind == Kind::number);
+                line += padded(row[i], widths[i], column.kind == Kind::number);
         }
         result += boost::trim_right_copy_if(line, boost::is_any_of(" ")) + "\n" + below;
     };

@@ -102,14 +102,12 @@ void print_line(std::string_view text);
 /// A name with "…" in place of its middle where it is wider than `width`, which is at least 3.
 std::string shortened(std::string_view name, std::size_t width);
 
-/// Rows in columns. Where the terminal is too narrow, texts are folded, then go below their rows; then names are shortened, down
-/// to a dozen columns.
+/// Rows in columns. Where the terminal is too narrow, texts are folded, then go below their rows.
 class TextTable
 {
   public:
     enum class Kind
     {
-        name,
         figure,  ///< Aligned to the left.
         number,  ///< To the right.
         text     ///< Behind all others.

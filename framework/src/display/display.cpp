@@ -192,15 +192,7 @@ class LiveDisplay final : public ProgressDisplay
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {
-        Entry& entry = entry_of(stage);
-        entry.progress.update(done, total, unit, metrics);
-        constexpr std::size_t kept = 64;
-        auto& history = entry.view.history;
-        if (!entry.progress.metrics.empty())
-            if (const auto& first = entry.progress.metrics.front().second; first && (history.empty() || history.back() != *first))
-                history.push_back(*first);
-        if (history.size() > kept)
-            history.erase(history.begin());
+        entry_of(stage).progress.update(done, total, unit, metrics);
     }
 
     void stage_says(const std::string& stage, const std::string& text, bool warning) override

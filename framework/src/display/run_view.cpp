@@ -44,23 +44,6 @@ std::string bar(const ViewStage& stage, std::size_t width, bool utf8)
     return text;
 }
 
-/// Eight heights from the smallest to the largest of the newest values.
-std::string curve(const std::vector<double>& history)
-{
-    constexpr std::size_t longest = 16;
-    static const char* const heights[] = {"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
-    const std::vector<double> shown(history.end() - static_cast<std::ptrdiff_t>(std::min(longest, history.size())),
-                                    history.end());
-    const auto [low, high] = std::ranges::minmax_element(shown);
-    std::string text;
-    for (const double value : shown)
-    {
-        const double share = *high > *low ? (value - *low) / (*high - *low) : 0;
-        text += heights[static_cast<std::size_t>(std::lround(share * 7))];
-    }
-    return text;
-}
-
 class View
 {
   public:
@@ -201,10 +184,7 @@ class View
         std::string text;
         const auto add = [&](const std::string& more) { text += (text.empty() ? "" : dot()) + more; };
         for (std::size_t i = 0; i < stage.metrics.size() && i < 4; ++i)
-        {
-            const bool drawn = i == 0 && frame_.utf8 && stage.history.size() > 1;
-            add(metric_text(stage.metrics[i]) + (drawn ? " " + curve(stage.history) : ""));
-        }
+            add(metric_text(stage.metrics[i]));
         if (!stage.preview.empty())
             add(stage.preview);
         return text;

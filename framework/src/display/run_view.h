@@ -36,13 +36,12 @@ struct ViewStage : Count
 {
     std::string name;
     StageState state = StageState::waiting;
-    bool waits = false;           ///< Running, but another run makes the result.
-    int threads = 0;              ///< Threads of a running stage.
-    double seconds = 0;           ///< Time that it took, or has been running for.
-    double expected_s = 0;        ///< By its own account, as earlier runs corrected it; 0: unknown.
-    std::vector<double> history;  ///< Values of the first metric, oldest first.
-    std::string preview;          ///< Path of its newest picture; empty: none.
-    std::string holder;           ///< Run that makes the result; empty: unknown.
+    bool waits = false;     ///< Running, but another run makes the result.
+    int threads = 0;        ///< Threads of a running stage.
+    double seconds = 0;     ///< Time that it took, or has been running for.
+    double expected_s = 0;  ///< By its own account, as earlier runs corrected it; 0: unknown.
+    std::string preview;    ///< Path of its newest picture; empty: none.
+    std::string holder;     ///< Run that makes the result; empty: unknown.
 };
 
 struct ViewFrame

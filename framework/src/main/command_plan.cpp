@@ -74,7 +74,7 @@ void print_text(const Plan& plan, const std::string& out)
     using Kind = TextTable::Kind;
     const std::size_t width = terminal_width(STDOUT_FILENO);
     TextTable table(
-        {{"stage", Kind::name}, {"", Kind::figure}, {"time", Kind::number}, {"memory", Kind::number}, {"why", Kind::text}});
+        {{"stage", Kind::figure}, {"", Kind::figure}, {"time", Kind::number}, {"memory", Kind::number}, {"why", Kind::text}});
     for (const auto& stage : plan.stages)
     {
         std::string why = stage.reason;

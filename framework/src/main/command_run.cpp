@@ -59,7 +59,7 @@ DisplayKind display_kind(const RunArguments& arguments)
 void print_table(const RunSummary& summary)
 {
     using Kind = TextTable::Kind;
-    TextTable table({{"stage", Kind::name}, {"", Kind::figure}, {"time", Kind::number}, {"peak memory", Kind::number}});
+    TextTable table({{"stage", Kind::figure}, {"", Kind::figure}, {"time", Kind::number}, {"peak memory", Kind::number}});
     for (const auto& stage : summary.stages)
     {
         const bool ran = stage.seconds > 0 || stage.memory_mb > 0;

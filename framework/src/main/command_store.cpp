@@ -47,7 +47,7 @@ int list(const StoreArguments& arguments)
     Value::List values;
     using Kind = TextTable::Kind;
     TextTable table(
-        {{"", Kind::figure}, {"", Kind::name}, {"", Kind::name}, {"", Kind::number}, {"", Kind::number}, {"", Kind::figure}});
+        {{"", Kind::figure}, {"", Kind::figure}, {"", Kind::figure}, {"", Kind::number}, {"", Kind::number}, {"", Kind::figure}});
     for (const auto& object : objects)
     {
         total += object.disk_mb;
@@ -112,7 +112,7 @@ int tidy(const StoreArguments& arguments)
         return 0;
     }
     const std::size_t width = terminal_width(STDOUT_FILENO);
-    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::name}, {"", TextTable::Kind::number}});
+    TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::number}});
     for (const auto& object : result.removed)
         table.add({object.id, object.stage, size_text(object.disk_mb)});
     const std::string counts = fmt::format("{} {} results ({}), {} checkpoints, {} leftovers of killed runs",

@@ -82,7 +82,7 @@ std::string sweep_table(const Sweep& sweep, const std::vector<CombinationOutcome
     using Kind = TextTable::Kind;
     std::vector<TextTable::Column> columns;
     for (const std::string& axis : sweep.axes)
-        columns.push_back({axis, Kind::name});
+        columns.push_back({axis, Kind::figure});
     columns.insert(columns.end(), {{"", Kind::figure},
                                    {"own time", Kind::number},
                                    {"ran", Kind::number},

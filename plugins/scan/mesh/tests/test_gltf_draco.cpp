@@ -101,6 +101,13 @@ TEST_CASE("KHR_draco_mesh_compression: damaged streams are refused with the offs
         // The number of triangles, before Draco takes memory for them.
         const std::size_t faces = method == draco::MESH_SEQUENTIAL_ENCODING ? 11 : 13;
         CHECK_THAT(changed(faces, 0x7F), Contains("accessors[3]: it says 594 rows, its Draco stream holds"));
+        if (method == draco::MESH_SEQUENTIAL_ENCODING)
+        {
+            GltfSample many = good.sample;
+            for (std::size_t at = 13; at < 18; ++at)  // The number of vertices: 2^32 - 1.
+                many.binary[good.stream_begin + at] = static_cast<std::byte>(at < 17 ? 0xFF : 0x0F);
+            CHECK_THROWS_WITH(read_sample(many, folder), Contains("bytes that claim 4294967295 vertices and 198 triangles"));
+        }
         // Cut, and flipped: an error, or a mesh that can be used.
         for (std::size_t size = 1; size < good.stream_bytes; size += 3)
         {

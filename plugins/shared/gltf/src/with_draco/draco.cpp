@@ -7,6 +7,8 @@
 #include <draco/compression/decode.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <exception>
@@ -18,16 +20,22 @@ namespace fresco::gltf
 namespace
 {
 
-/// Triangles per byte of the stream: of flat grids, the smallest, some hundreds.
-constexpr std::size_t most_faces_per_byte = 4096;
+/// Triangles or vertices per byte of the stream: of flat grids, the smallest, some hundreds.
+constexpr std::size_t most_per_byte = 4096;
+
+struct Claim
+{
+    std::size_t vertices = 0;
+    std::size_t faces = 0;
+};
 
 [[noreturn]] void fail(std::size_t at, const std::string& what)
 {
     throw Error(fmt::format("KHR_draco_mesh_compression: byte {} of the stream: {}", at, what));
 }
 
-/// The number of triangles that a stream claims. Draco takes memory for it before it looks at what follows.
-std::size_t claimed_faces(std::span<const std::byte> stream)
+/// What a stream claims to hold. Draco takes memory for it before it looks at what follows.
+Claim claim_of(std::span<const std::byte> stream)
 {
     constexpr std::size_t header_bytes = 11;
     constexpr unsigned metadata = 0x80;
@@ -58,12 +66,13 @@ std::size_t claimed_faces(std::span<const std::byte> stream)
         }
         fail(at, "a number of more than 32 bits: the file is damaged");
     };
+    Claim claim;
     const bool is_edgebreaker = byte(8) == 1;
-    if (!is_edgebreaker)
-        return number();
-    ++at;  // The kind of traversal.
-    number();
-    return number();
+    at += is_edgebreaker ? 1 : 0;  // The kind of traversal.
+    for (std::size_t* const each :
+         is_edgebreaker ? std::array{&claim.vertices, &claim.faces} : std::array{&claim.faces, &claim.vertices})
+        *each = number();
+    return claim;
 }
 
 std::unique_ptr<draco::Mesh> unpacked(std::span<const std::byte> stream)
@@ -135,11 +144,12 @@ void place(tinygltf::Model& model, tinygltf::Accessor& accessor, std::vector<uns
 
 void unpack_draco(tinygltf::Model& model, tinygltf::Primitive& primitive, std::span<const std::byte> stream, const Value& form)
 {
-    const std::size_t faces = claimed_faces(stream);
+    const auto [vertices, faces] = claim_of(stream);
     tinygltf::Accessor& indices = accessor_at(model, primitive.indices);
     expect_count(primitive.indices, indices.count, 3 * faces);
-    if (faces > MeshLimits{}.max_faces || faces / most_faces_per_byte > stream.size())
-        fail(0, fmt::format("{} bytes that claim {} triangles: the file is damaged", stream.size(), faces));
+    if (std::max(vertices, faces) > MeshLimits{}.max_faces || std::max(vertices, faces) / most_per_byte > stream.size())
+        fail(0, fmt::format("{} bytes that claim {} vertices and {} triangles: the file is damaged", stream.size(), vertices,
+                            faces));
     const std::unique_ptr<draco::Mesh> mesh = unpacked(stream);
     std::vector<unsigned char> corners(12 * std::size_t{mesh->num_faces()});
     for (std::uint32_t f = 0; f < mesh->num_faces(); ++f)

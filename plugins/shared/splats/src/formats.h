@@ -1,0 +1,87 @@
+#pragma once
+
+#include <fresco/error.h>
+#include <fresco/splats/splats.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+/// \file What the readers of the formats share.
+
+namespace fresco::splats
+{
+
+using Bytes = std::span<const std::byte>;
+
+inline constexpr double harmonic_0 = 0.28209479177387814;  ///< The spherical harmonic of degree 0: 1 / (2 sqrt(pi)).
+
+/// A little-endian value at an offset that lies within the bytes.
+template <class T>
+T value_at(Bytes bytes, std::size_t offset)
+{
+    T value;
+    std::memcpy(&value, bytes.data() + offset, sizeof value);
+    return value;
+}
+
+inline double sigmoid(double x)
+{
+    return 1 / (1 + std::exp(-x));
+}
+
+/// Coefficients per channel above degree 0.
+constexpr std::size_t coefficients_of(int degree)
+{
+    return static_cast<std::size_t>((degree + 1) * (degree + 1) - 1);
+}
+
+[[noreturn]] inline void fail_at(const std::string& source, std::size_t offset, const std::string& what)
+{
+    throw Error(fmt::format("{}: byte {}: {}", source, offset, what));
+}
+
+/// Makes room for `count` Gaussians, whose bytes the caller has compared with the file's.
+void resize(Splats& splats, std::size_t count);
+/// Sets Gaussian `i`, with a quaternion of any length and the logarithms of its scales. Throws Error naming `source` and the
+/// Gaussian if a number is not finite.
+void set(SplatFile& file, std::size_t i, Vec3f center, std::array<double, 4> rotation, Vec3<double> log_scale, double opacity,
+         Vec3f color, const std::string& source);
+
+/// How a PLY file of Gaussians is laid out.
+struct PlyLayout
+{
+    struct Property
+    {
+        std::string name;
+        std::string type;
+        std::size_t offset = 0;  ///< In a row.
+    };
+    struct Element
+    {
+        std::string name;
+        std::size_t count = 0;
+        std::vector<Property> properties;
+        std::size_t begin = 0;      ///< Offset of the first row.
+        std::size_t row_bytes = 0;  ///< 0 for an element with lists, which only follows those that are read.
+
+        const Property* find(std::string_view property) const;
+        /// Offset in a row of a property of this type; throws Error if it is missing.
+        std::size_t offset_of(std::string_view property, std::string_view type, const std::string& source) const;
+    };
+
+    std::vector<Element> elements;
+    const Element* find(std::string_view name) const;
+};
+
+/// Reads the header. Throws Error if the rows of an element up to the last one of `vertex` are not all there.
+PlyLayout ply_layout(Bytes bytes, const std::string& source);
+
+SplatFile parse_ply(Bytes bytes, const std::string& source);
+SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::string& source);
+
+}  // namespace fresco::splats

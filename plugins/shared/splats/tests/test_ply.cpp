@@ -1,0 +1,78 @@
+#include "cut_bytes.h"
+#include "shared_data.h"
+#include "splat_samples.h"
+
+#include <fresco/error.h>
+
+#include <limits>
+
+using namespace fresco;
+using namespace fresco::splats;
+
+TEST_CASE("An INRIA PLY is read as it was trained")
+{
+    const SplatFile file = parse_splats(samples::ply(samples::four(), {.degree = 3, .behind = "behind"}), "x.ply");
+    CHECK(file.format == SplatFormat::ply);
+    CHECK(file.harmonics_degree == 3);
+    CHECK(file.undirected == 0);
+    samples::check_near(file.splats, samples::four(), 1e-5, 1e-5);
+}
+
+TEST_CASE("Quaternions are normalized, and Gaussians without one are counted and not drawn")
+{
+    const SplatFile file = parse_splats(samples::ply(samples::four(), {.quaternion_length = 1.9F}), "x.ply");
+    samples::check_near(file.splats, samples::four(), 1e-5, 1e-5);
+    Splats none = samples::four();
+    none.rotations[2] = {0, 0, 0, 0};
+    const SplatFile counted = parse_splats(samples::ply(none), "x.ply");
+    CHECK(counted.undirected == 1);
+    CHECK(counted.splats.opacities[2] == 0);
+    CHECK(counted.splats.rotations[2] == std::array<float, 4>{1, 0, 0, 0});
+    CHECK(counted.splats.opacities[1] == Approx(0.2));
+}
+
+TEST_CASE("A damaged PLY is refused, and the error names the place")
+{
+    const auto whole = samples::ply(samples::four(), {.degree = 1});
+    check_cuts_are_refused(whole, "x.ply", [](const auto& bytes) { return parse_splats(bytes, "x.ply"); });
+    const auto changed = [&](const std::string& from, const std::string& to)
+    {
+        std::string text(reinterpret_cast<const char*>(whole.data()), whole.size());
+        text.replace(text.find(from), from.size(), to);
+        return parse_splats(samples::bytes_of(text), "x.ply");
+    };
+    CHECK_THROWS_WITH(changed("vertex 4", "vertex 999999999999"), Contains("ends behind 4 of the 999999999999 rows"));
+    CHECK_THROWS_WITH(changed("vertex 4", "vertex 0"), Contains("has no vertices"));
+    CHECK_THROWS_WITH(changed("vertex 4", "vertex -4"), Contains("line 4: expected \"element NAME COUNT\""));
+    CHECK_THROWS_WITH(changed("binary_little_endian", "ascii"), Contains("line 2"));
+    CHECK_THROWS_WITH(changed("opacity", "opacitee"), Contains("lacks \"property float opacity\""));
+    CHECK_THROWS_WITH(changed("f_rest_8", "f_west_8"), Contains("8 properties f_rest_*"));
+    Splats bad = samples::four();
+    bad.centers[3].y = std::numeric_limits<float>::quiet_NaN();
+    CHECK_THROWS_WITH(parse_splats(samples::ply(bad), "x.ply"), Contains("Gaussian 3 has a number that is not finite"));
+    bad = samples::four();
+    bad.scales[1].z = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_WITH(parse_splats(samples::ply(bad), "x.ply"), Contains("Gaussian 1 has"));
+}
+
+TEST_CASE("A label from SuperSplat is read")
+{
+    const auto path = shared_data("splats/supersplat_mixed_drops_inria_sh3.ply", "the reader of INRIA PLY");
+    if (path.empty())
+        return;
+    const SplatFile file = read_splats(path);
+    CHECK(file.splats.size() == 4721);
+    CHECK(file.harmonics_degree == 3);
+    CHECK(file.undirected == 0);
+}
+
+TEST_CASE("A compressed PLY is read, and its last chunk may be partial")
+{
+    const auto path = shared_data("splats/webcomp_angel.compressed.ply", "the reader of compressed PLY");
+    if (path.empty())
+        return;
+    const SplatFile file = read_splats(path);
+    CHECK(file.format == SplatFormat::compressed_ply);
+    CHECK(file.splats.size() == 71377);
+    CHECK(file.harmonics_degree == 0);
+}

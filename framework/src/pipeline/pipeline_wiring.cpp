@@ -2,6 +2,7 @@
 #include "base/common.h"
 #include "base/file_contents.h"
 #include <fresco/command.h>
+#include <fresco/part_names.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -273,7 +274,7 @@ class Wiring
             if (wire == stage.wires.end() || wire->from_stage.empty())
                 continue;
             const StageDraft& from = stages_[index_.at(wire->from_stage)];
-            const std::vector<std::string>& parts = from.type.declaration->output(wire->from_port)->parts;
+            const std::vector<std::string> parts = names_for_rules(from.type.declaration->output(wire->from_port)->parts);
             if (!parts.empty() && std::ranges::find(parts, use.part) == parts.end())
                 report(stage, use.position,
                        ": option '" + use.option + "': " + from.title() + " makes no '" + use.part + "'" +

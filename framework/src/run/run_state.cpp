@@ -9,6 +9,7 @@
 #include <fresco/error.h>
 #include <fresco/files_io.h>
 #include <fresco/option_declaration.h>
+#include <fresco/part_names.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -135,7 +136,7 @@ std::string RunState::wrong_rules(const StageNode& node) const
         if (maker == node.producers.end() || !nodes_[*maker].present)
             continue;
         const std::vector<std::string> parts =
-            names_of_parts(store_.object(nodes_[*maker].result->object) / wire->from_port / file->as_string());
+            names_for_rules(names_of_parts(store_.object(nodes_[*maker].result->object) / wire->from_port / file->as_string()));
         const std::string& name = option.at("name").as_string();
         for (const auto& [part, rule] : stage.options->at(name).as_map())
             if (!parts.empty() && part != other_parts && std::ranges::find(parts, part) == parts.end())

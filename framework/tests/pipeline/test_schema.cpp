@@ -18,7 +18,8 @@ Catalog with_rules()
     Catalog catalog = hand_made_catalog();
     const auto makes = [&](const std::string& type, const std::string& output)
     { catalog.add(described(type, "stage", R"({"options": [], "inputs": [], "outputs": [{)" + output + R"(, "help": ""}]})")); };
-    makes("regions.planes", R"("name": "regions", "artifact": "regions", "version": 1, "parts": ["floor", "walls", "ceiling"])");
+    makes("regions.planes",
+          R"("name": "regions", "artifact": "regions", "version": 1, "parts": ["floor", "walls", "rest/part_1"])");
     makes("regions.files", R"("name": "regions", "artifact": "regions", "version": 1)");
     makes("texture.paint", R"("name": "texture", "artifact": "texture", "version": 2)");
     catalog.add(described("texture.regions", "stage", R"json({
@@ -72,6 +73,7 @@ TEST_CASE("Rules that do not fit are refused before a run, with their place", "[
 {
     for (const auto& [rules, place, words] : std::vector<std::array<std::string, 3>>{
              {"{flor: keep, walls: dark}", "8:93", "stage 'planes' (regions.planes) makes no 'flor' (did you mean 'floor'?)"},
+             {"{part_11: keep, walls: dark}", "8:93", "makes no 'part_11' (did you mean 'part_1'?)"},
              {"{floor: dusk, walls: dark}", "8:93",
               "option 'regions': 'input' has no texture 'dusk' for it (did you mean 'dark'?)"},
              {"{floor: keep, walls: keeep}", "8:106",
@@ -84,6 +86,7 @@ TEST_CASE("Rules that do not fit are refused before a run, with their place", "[
         CHECK_THAT(joined_lines(ruled("regions: planes, dark: night", rules)),
                    StartsWith("p.yaml:" + place + ": error: stage 'm' (texture.regions)") && Contains(words));
     }
+    CHECK(joined_lines(ruled("regions: planes, dark: night", "{part_1: dark, rest/part_1: keep, rest: dark}")).empty());
     // Names that are only known when the stage has run.
     CHECK(joined_lines(ruled("regions: files, dark: night", "{flor: dark}")).empty());
     // For every combination.

@@ -98,6 +98,8 @@ stages:
     place.clear_log();
     place.make({"--set", "name=floor", "--cores", "1"});
     CHECK(place.log() == Words{"parts", "source", "rules", "sink rules.txt"});
+    // A part within others has the names of all.
+    place.make({"--set", "name=house/floor", "--cores", "1"});
 }
 
 TEST_CASE("Stages side by side are expected to need no more memory together than there is")

@@ -26,8 +26,10 @@ class RegionsLabels final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The mesh to divide: the labeled one, or one made from it"};
     Input<Model> model{this, "model", optional, "A model whose materials have the regions' names, in place of files"};
+    Input<Regions> objects{this, "objects", optional,
+                           "Regions of the mesh on port 'labeled', such as a model's objects, in place of files"};
     Input<Mesh> labeled{this, "labeled", optional,
-                        "The mesh whose vertices the labels are for; needed for JSON, and for a PLY that lies elsewhere"};
+                        "The mesh that the labels are for; needed for objects, for JSON, and for a PLY that lies elsewhere"};
     Input<Frames> frames{this, "frames", optional, "The frames that the masks were drawn on"};
     Input<Regions> base{this, "regions", optional, "Regions of the same mesh for the faces that no mask has"};
     Output<Regions> regions{this, "regions", "The regions; faces without one are those of port 'regions', or 'other'"};
@@ -54,8 +56,9 @@ class RegionsLabels final : public Stage
     void check() const
     {
         check_mesh(*mesh, "the mesh on port 'mesh'");
-        if (!path->empty() + !masks->empty() + model.has_value() != 1)
-            throw Error("set either 'path' to a file with labels, 'masks' to a folder of masks, or the input 'model'");
+        if (!path->empty() + !masks->empty() + model.has_value() + objects.has_value() != 1)
+            throw Error("set either 'path' to a file with labels, 'masks' to a folder of masks, or one of the inputs 'model' and "
+                        "'objects'");
         if (!masks->empty() && !frames.has_value())
             throw Error("'masks' needs the frames that they were drawn on: wire them to the input 'frames'");
         if (!masks->empty())
@@ -67,6 +70,8 @@ class RegionsLabels final : public Stage
                         "mesh that both are for to the input 'labeled'");
         if (!is_json && !segments->empty())
             throw Error("option \"segments\" is for a 'path' that ends in .aggregation.json");
+        if (objects.has_value() && !labeled.has_value())
+            throw Error("wire the mesh that the objects are of to the input 'labeled'");
         if (labeled.has_value())
             check_mesh(*labeled, "the mesh on port 'labeled'");
         if (!masks->empty() && base.has_value())
@@ -79,6 +84,11 @@ class RegionsLabels final : public Stage
         {
             check_model(*model, "the model on port 'model'");
             return surface_from_materials(*model);
+        }
+        if (objects.has_value())
+        {
+            check_regions(*objects, *labeled, "the regions on port 'objects'", "the mesh on port 'labeled'");
+            return {*labeled, objects->names, {objects->label_of_face.begin(), objects->label_of_face.end()}};
         }
         if (path->path.extension() == ".json")
             return surface_from_segments(read_text_file(path->path), path->path.string(), read_text_file(segments->path),
@@ -189,5 +199,6 @@ class RegionsLabels final : public Stage
 
 }  // namespace
 
-FRESCO_STAGE("regions.labels", RegionsLabels,
-             "Divides a mesh by labels (of a PLY, of ScanNet's segmentation, a model's materials) or by masks drawn on frames")
+FRESCO_STAGE(
+    "regions.labels", RegionsLabels,
+    "Divides a mesh by labels (of a PLY, of ScanNet's segmentation, a model's objects or materials) or by masks drawn on frames")

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <unordered_map>
 
@@ -19,23 +20,22 @@ using namespace fresco;
 namespace
 {
 
-/// Reassigns connected pieces of one part that are smaller than a hand (switches, handles, noise) to the part that most of their
-/// border touches.
-void absorb_small_islands(const geometry::Surface& surface, std::vector<RoomPart>& of_face)
+using Border = std::array<std::size_t, room_part_names.size()>;
+
+/// Calls `each(part, faces, area, border)` for every connected piece of one part; `border` counts its edges by the part beyond.
+template <class F>
+void for_each_piece(const geometry::Surface& surface, const std::vector<RoomPart>& of_face, F&& each)
 {
-    constexpr double island_m2 = 0.02;
-    constexpr double most_of_border = 0.6;
-    const std::vector<RoomPart> before = of_face;
     std::vector<std::uint8_t> visited(of_face.size(), 0);
     std::vector<std::uint32_t> piece;
-    for (std::uint32_t seed = 0; seed < before.size(); ++seed)
+    for (std::uint32_t seed = 0; seed < of_face.size(); ++seed)
     {
         if (visited[seed])
             continue;
         piece.assign(1, seed);
         visited[seed] = 1;
         double area = 0;
-        std::array<std::size_t, room_part_names.size()> border{};
+        Border border{};
         for (std::size_t next = 0; next < piece.size(); ++next)
         {
             area += surface.areas[piece[next]];
@@ -43,8 +43,8 @@ void absorb_small_islands(const geometry::Surface& surface, std::vector<RoomPart
             {
                 if (g == none)
                     continue;
-                if (before[g] != before[seed])
-                    ++border[static_cast<std::size_t>(before[g])];
+                if (of_face[g] != of_face[seed])
+                    ++border[static_cast<std::size_t>(of_face[g])];
                 else if (!visited[g])
                 {
                     visited[g] = 1;
@@ -52,14 +52,46 @@ void absorb_small_islands(const geometry::Surface& surface, std::vector<RoomPart
                 }
             }
         }
-        std::size_t edges = 0;
-        for (const std::size_t count : border)
-            edges += count;
-        const auto most = std::ranges::max_element(border);
-        if (area < island_m2 && edges > 0 && static_cast<double>(*most) >= most_of_border * static_cast<double>(edges))
-            for (const std::uint32_t f : piece)
-                of_face[f] = static_cast<RoomPart>(most - border.begin());
+        each(of_face[seed], piece, area, border);
     }
+}
+
+/// Reassigns connected pieces of one part that are smaller than a hand (switches, handles, noise) to the part that most of their
+/// border touches.
+void absorb_small_islands(const geometry::Surface& surface, std::vector<RoomPart>& of_face)
+{
+    constexpr double island_m2 = 0.02;
+    constexpr double most_of_border = 0.6;
+    const std::vector<RoomPart> before = of_face;
+    for_each_piece(surface, before,
+                   [&](RoomPart, const std::vector<std::uint32_t>& piece, double area, const Border& border)
+                   {
+                       const std::size_t edges = std::accumulate(border.begin(), border.end(), std::size_t{0});
+                       const auto most = std::ranges::max_element(border);
+                       if (area < island_m2 && edges > 0 &&
+                           static_cast<double>(*most) >= most_of_border * static_cast<double>(edges))
+                           for (const std::uint32_t f : piece)
+                               of_face[f] = static_cast<RoomPart>(most - border.begin());
+                   });
+}
+
+/// Numbers the large connected pieces of the furniture.
+void number_furniture(const geometry::Surface& surface, RoomParts& parts)
+{
+    std::vector<std::pair<double, std::vector<std::uint32_t>>> large;
+    for_each_piece(surface, parts.of_face,
+                   [&](RoomPart part, const std::vector<std::uint32_t>& piece, double area, const Border&)
+                   {
+                       if (part == RoomPart::furniture && area >= least_furniture_m2)
+                           large.emplace_back(area, piece);
+                   });
+    std::ranges::stable_sort(large, std::greater<>(), &decltype(large)::value_type::first);
+    large.resize(std::min(large.size(), most_furniture));
+    parts.furniture_count = large.size();
+    parts.furniture_of_face.assign(parts.of_face.size(), 0);
+    for (std::size_t i = 0; i < large.size(); ++i)
+        for (const std::uint32_t f : large[i].second)
+            parts.furniture_of_face[f] = static_cast<std::uint16_t>(i + 1);
 }
 
 /// Mean heights of roughly level surfaces in squares of cell_m; several per square if storeys lie above each other.
@@ -181,6 +213,7 @@ class RoomFinder
         progress.check_canceled();
         take_what_is_close(progress);
         absorb_small_islands(surface_, parts_.of_face);
+        number_furniture(surface_, parts_);
         return std::move(parts_);
     }
 

@@ -1,24 +1,35 @@
 #include "room_parts.h"
+#include "room_picture.h"
+
+#include <fresco/image.h>
 #include <fresco/regions/regions.h>
 
 #include <fresco/geometry/upright.h>
 #include <fresco/stage.h>
+
+#include <fmt/format.h>
 
 using namespace fresco;
 
 namespace
 {
 
-std::vector<std::string> part_names()
+/// The parts of a room, then this many numbered pieces of its furniture.
+std::vector<std::string> part_names(std::size_t furniture_count)
 {
-    return {room_part_names.begin(), room_part_names.end()};
+    std::vector<std::string> names{room_part_names.begin(), room_part_names.end()};
+    for (std::size_t number = 1; number <= furniture_count; ++number)
+        names.push_back(fmt::format("furniture/part_{}", number));
+    return names;
 }
 
 class RegionsPlanes final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", "The mesh to divide"};
     Input<Frames> frames{this, "frames", optional, "Frames whose cameras show which way is up"};
-    Output<Regions> regions{this, "regions", Parts{part_names()}, "Floor, ceiling, walls, and furniture: all else"};
+    Output<Regions> regions{this, "regions", Parts{part_names(most_furniture)},
+                            "Floor, ceiling, walls, and furniture: all else, its large pieces numbered"};
+    Output<Image> picture{this, "picture", "The room from two sides, with the numbers of the pieces"};
     Option<std::string> up = geometry::up_option(this);
 
     void run(RunContext& run) override
@@ -36,9 +47,11 @@ class RegionsPlanes final : public Stage
 
         Regions result;
         result.atlas = atlas_id(*mesh);
-        result.names = part_names();
-        for (const RoomPart part : parts.of_face)
-            result.label_of_face.push_back(static_cast<std::uint16_t>(part));
+        result.names = part_names(parts.furniture_count);
+        for (std::size_t f = 0; f < parts.of_face.size(); ++f)
+            result.label_of_face.push_back(
+                static_cast<std::uint16_t>(static_cast<std::size_t>(parts.of_face[f]) + parts.furniture_of_face[f]));
+        picture = Image(room_picture(upright, parts, run));
         if (parts.floor_heights_m.empty())
             run.warning("no floor was found; if the mesh has one, set 'up' to the axis that points up");
         run.report("floors", parts.floor_heights_m.size());

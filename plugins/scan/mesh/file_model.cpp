@@ -332,7 +332,72 @@ class MaterialReader
     std::size_t outside_tiles_ = 0;
 };
 
+/// The objects and groups of an OBJ. Its reader knows materials only, so it gets the text with numbers of objects in their place.
+void read_obj_objects(const fs::path& file, FileModel& model)
+{
+    constexpr std::string_view blanks = " \t\r";
+    const std::vector<std::byte> bytes = fresco::read_file(file);
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    std::string numbered;
+    ObjectNumbers objects;
+    std::string object;
+    for (std::size_t at = 0; at < text.size();)
+    {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        const std::string_view line = text.substr(at, end - at);
+        at = end + 1;
+        const std::size_t begin = std::min(line.find_first_not_of(blanks), line.size());
+        const std::string_view keyword = line.substr(begin, line.find_first_of(blanks, begin) - begin);
+        const std::size_t name_begin = std::min(line.find_first_not_of(blanks, begin + keyword.size()), line.size());
+        const std::string_view name = line.substr(name_begin, line.find_last_not_of(blanks) + 1 - name_begin);
+        if (keyword == "o" || keyword == "g")
+        {
+            object = keyword == "o" ? "" : object;
+            const std::string path = ObjectNumbers::path(object, name);
+            object = keyword == "o" ? path : object;
+            numbered += fmt::format("usemtl {}", objects.number_of(path));
+        }
+        else if (keyword != "usemtl")
+            numbered += line;
+        numbered += '\n';
+    }
+    if (objects.count() < 2)
+        return;
+    MeshMaterials named;
+    fresco::parse_obj(std::as_bytes(std::span(numbered)), file.string(), {}, nullptr, &named);
+    model.objects = objects.paths();
+    for (const std::uint32_t number : named.of_face)
+        model.object_of_face.push_back(number == MeshMaterials::none
+                                           ? ObjectNumbers::most_objects
+                                           : static_cast<std::uint32_t>(std::stoul(named.names[number].name)));
+}
+
 }  // namespace
+
+std::uint32_t ObjectNumbers::number_of(const std::string& path)
+{
+    if (path.empty() || (numbers_.size() == most_objects && !numbers_.contains(path)))
+        return most_objects;
+    return numbers_.try_emplace(path, static_cast<std::uint32_t>(numbers_.size())).first->second;
+}
+
+std::vector<std::string> ObjectNumbers::paths() const
+{
+    std::vector<std::string> result(numbers_.size());
+    for (const auto& [path, number] : numbers_)
+        result[number] = path;
+    return result;
+}
+
+std::string ObjectNumbers::path(const std::string& outer, std::string_view name)
+{
+    constexpr std::size_t most_bytes = 256;
+    if (name.empty() || name.size() > most_bytes)
+        return outer;
+    if (outer.empty() || outer.size() > most_bytes)
+        return std::string(name);
+    return outer == name || outer.ends_with("/" + std::string(name)) ? outer : outer + "/" + std::string(name);
+}
 
 std::string_view suffix_of(std::span<const std::byte> picture)
 {
@@ -382,6 +447,8 @@ FileModel read_file_model(const fs::path& file, bool with_materials, bool is_str
     FileModel model;
     MeshMaterials named;
     model.mesh = fresco::read_mesh(file, {}, &model.report, &named);
+    if (extension == ".obj")
+        read_obj_objects(file, model);
     if (with_materials)
     {
         MaterialReader reader(file, named, is_strict, model);

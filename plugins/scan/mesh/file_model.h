@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,6 +42,8 @@ struct FileModel : fresco::recordings::FileNotes
     fresco::Mesh mesh;
     std::vector<fresco::ModelMaterial> materials;
     std::vector<std::uint32_t> material_of_face;
+    std::vector<std::string> objects;           ///< Paths of glTF's nodes, or of an OBJ's objects and groups: "house/door".
+    std::vector<std::uint32_t> object_of_face;  ///< F, or empty without objects; objects.size() for faces that are of none.
     std::vector<FilePicture> pictures;
     std::vector<std::filesystem::path> files_read;  ///< In addition to the model's own.
     std::vector<std::string> warnings;
@@ -53,6 +56,24 @@ struct FileModel : fresco::recordings::FileNotes
 /// Opens nothing outside of the file's folder. A material or picture that an OBJ or PLY names and that is missing gives a warning
 /// unless `is_strict`. Throws MissingInput and Error, naming the file and the line, byte or entry.
 FileModel read_file_model(const std::filesystem::path& file, bool with_materials, bool is_strict = false);
+
+/// Numbers the objects that a file names.
+class ObjectNumbers
+{
+  public:
+    static constexpr std::size_t most_objects = 65'000;
+
+    /// The number of a path, such as "house/door"; most_objects for an empty one, and for further ones beyond so many.
+    std::uint32_t number_of(const std::string& path);
+    std::size_t count() const { return numbers_.size(); }
+    /// The paths by their numbers.
+    std::vector<std::string> paths() const;
+    /// The path of an object within another. Names and paths that are very long are left out, for a file could repeat them.
+    static std::string path(const std::string& outer, std::string_view name);
+
+  private:
+    std::map<std::string, std::uint32_t> numbers_;
+};
 
 /// The glTF part of read_file_model.
 FileModel read_gltf_model(const std::filesystem::path& file, bool with_materials);

@@ -341,9 +341,22 @@ class SceneReader
 
     void read()
     {
-        for (const auto& [node, place] : fresco::gltf::placed_nodes(gltf_.model))
-            if (gltf_.model.nodes[node].mesh >= 0)
-                add_mesh(node, place);
+        std::map<int, std::string> paths;
+        for (const auto& [number, place] : fresco::gltf::placed_nodes(gltf_.model))
+        {
+            const tinygltf::Node& node = gltf_.model.nodes[number];
+            const std::string outer = paths[static_cast<int>(number)];
+            const auto mesh = static_cast<std::size_t>(node.mesh);  // -1 without one.
+            const bool is_unnamed = node.name.empty() && mesh < gltf_.model.meshes.size();
+            const std::string path = ObjectNumbers::path(outer, is_unnamed ? gltf_.model.meshes[mesh].name : node.name);
+            for (const int child : node.children)
+                paths[child] = path;
+            if (node.mesh < 0)
+                continue;
+            object_ = objects_.number_of(path);
+            add_mesh(number, place);
+        }
+        model_.objects = objects_.paths();
         if (model_.mesh.triangles.empty())
             throw Error("the scene has no triangles" +
                         std::string(skipped_ > 0 ? ", only points and lines; export it as a triangle mesh" : ""));
@@ -439,6 +452,7 @@ class SceneReader
                     std::swap(t[1], t[2]);
                 model_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
                 model_.material_of_face.push_back(material);
+                model_.object_of_face.push_back(object_);
                 for (const std::uint32_t vertex : t)
                     model_.mesh.texcoords.push_back(texcoords == -1 ? fresco::Vec2f{} : texcoord(uv, vertex, look));
             }
@@ -530,6 +544,8 @@ class SceneReader
     GltfPictures pictures_;
     std::map<int, GltfLook> looks_;
     std::map<std::tuple<int, bool, bool>, std::uint32_t> materials_;
+    ObjectNumbers objects_;
+    std::uint32_t object_ = 0;  ///< The number of the node's.
     std::size_t skipped_ = 0;
     bool has_colors_ = false;
     bool has_texcoords_ = false;

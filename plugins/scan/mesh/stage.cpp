@@ -7,6 +7,7 @@
 #include <fresco/recordings/layout.h>
 #include <fresco/recordings/parsing.h>
 #include <fresco/recordings/recorded_view.h>
+#include <fresco/regions/regions.h>
 #include <fresco/stage.h>
 #include <fresco/wording.h>
 
@@ -35,6 +36,8 @@ class ScanMesh final : public fresco::Stage
                                          "Frames of the same world: far from 0, the mesh is stored less the same offset"};
     fresco::Output<fresco::Mesh> mesh{this, "mesh", "The surface in the world"};
     fresco::Output<fresco::Model> model{this, "model", "The same surface with its materials and pictures"};
+    fresco::Output<fresco::Regions> objects{this, "objects",
+                                            "Regions of that mesh: glTF's nodes, or an OBJ's objects and groups"};
 
     void run(fresco::RunContext& run) override
     {
@@ -74,6 +77,10 @@ class ScanMesh final : public fresco::Stage
         textured.materials = std::move(read.materials);
         textured.material_of_face = std::move(read.material_of_face);
         tell(read, textured, run);
+        read.object_of_face.resize(surface.triangles.size(), scan_mesh::ObjectNumbers::most_objects);
+        if (read.objects.size() == scan_mesh::ObjectNumbers::most_objects)
+            run.warning(of_model(fmt::format("only its first {} objects have a region each", read.objects.size())));
+        objects = regions_from(surface, read.objects, read.object_of_face);
         model = std::move(textured);
         mesh = std::move(surface);
     }
@@ -140,6 +147,7 @@ class ScanMesh final : public fresco::Stage
         run.report("polygons_split", read.report.polygons_split);
         run.report("degenerate_dropped", read.report.degenerate_dropped);
         run.report("materials", made.materials.size());
+        run.report("objects", read.objects.size());
         run.report("pictures", made.pictures.size());
         const std::size_t count = made.pictures.size();
         const std::string pictures = count == 0 ? "" : fmt::format(", {} picture{}", count, count == 1 ? "" : "s");

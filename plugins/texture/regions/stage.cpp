@@ -1,6 +1,7 @@
 #include <fresco/regions/regions.h>
 
 #include <fresco/mesh.h>
+#include <fresco/part_names.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
 #include <fresco/texturing/surface_fill.h>
@@ -13,6 +14,8 @@
 #include <fmt/format.h>
 #include <map>
 #include <memory>
+#include <set>
+#include <utility>
 #include <vector>
 
 using namespace fresco;
@@ -161,9 +164,10 @@ class TextureRegions final : public Stage
         check_input(*photo, "photo");
         for (const auto& [name, input] : rules.textures())
             check_input(**input, name);
+        const std::vector<std::string> names = names_for_rules(regions->names);
         for (const auto& [name, rule] : *rules)
-            if (name != other_parts && std::ranges::find(regions->names, name) == regions->names.end())
-                throw Error("option \"regions\": there is no region '" + name + "'" + suggestion(name, regions->names));
+            if (name != other_parts && std::ranges::find(names, name) == names.end())
+                throw Error("option \"regions\": there is no region '" + name + "'" + suggestion(name, names));
     }
 
     void check_input(const Texture& input, const std::string& port) const
@@ -213,21 +217,25 @@ class TextureRegions final : public Stage
         run.progress(steps, steps, "textures");
     }
 
-    /// The rule of a region; nullptr where it has none and is kept.
-    const TextureRule* rule_of(const std::string& region) const
+    /// The rule of a region and its name: the one for its path, else for the innermost name of it that has one, else for all
+    /// others; nullptr where it has none and is kept.
+    const std::pair<const std::string, TextureRule>* rule_of(const std::string& region) const
     {
-        auto found = (*rules).find(region);
-        if (found == (*rules).end())
-            found = (*rules).find(std::string(other_parts));
-        return found == (*rules).end() ? nullptr : &found->second;
+        std::vector<std::string> names = names_in_path(region);
+        names.insert(names.begin(), region);
+        names.emplace_back(other_parts);
+        for (const std::string& name : names)
+            if (const auto found = (*rules).find(name); found != (*rules).end())
+                return &*found;
+        return nullptr;
     }
 
     std::vector<RegionRule> rules_by_label(const std::map<std::string, KnownPicture>& painted) const
     {
         std::vector<RegionRule> result(regions->names.size());
         for (std::size_t label = 0; label < result.size(); ++label)
-            if (const TextureRule* rule = rule_of(regions->names[label]); rule != nullptr && !rule->keeps())
-                result[label] = {&painted.at(rule->texture), static_cast<float>(rule->strength)};
+            if (const auto* found = rule_of(regions->names[label]); found != nullptr && !found->second.keeps())
+                result[label] = {&painted.at(found->second.texture), static_cast<float>(found->second.strength)};
         return result;
     }
 
@@ -245,16 +253,20 @@ class TextureRegions final : public Stage
                 changed[label] += std::equal(at(from), at(from) + 3, at(to)) ? 0 : 1;
             }
         Value::Map figures;
+        std::set<std::string> used{std::string(other_parts)};
         for (std::size_t label = 0; label < texels.size(); ++label)
         {
-            const TextureRule* rule = rule_of(regions->names[label]);
+            const auto* found = rule_of(regions->names[label]);
             figures.emplace_back(regions->names[label],
-                                 Value::Map{{"texture", rule != nullptr ? rule->texture : std::string(kept_texture)},
+                                 Value::Map{{"texture", found != nullptr ? found->second.texture : std::string(kept_texture)},
                                             {"texels", texels[label]},
                                             {"changed_texels", changed[label]}});
-            if (texels[label] == 0 && (*rules).contains(regions->names[label]))
-                run.warning("the mesh has no '" + regions->names[label] + "': its rule changes nothing");
+            if (texels[label] > 0 && found != nullptr)
+                used.insert(found->first);
         }
+        for (const auto& [name, rule] : *rules)
+            if (!used.contains(name))
+                run.warning("the mesh has no '" + name + "': its rule changes nothing");
         run.report("regions", std::move(figures));
     }
 };

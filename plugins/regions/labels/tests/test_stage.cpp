@@ -258,6 +258,16 @@ TEST_CASE_METHOD(testing::StageTest, "regions.labels: materials of a model, Scan
     CHECK_THROWS_WITH(divided(Value::Map{{"masks", folder.path().string()}}, {{"mesh", mesh}}, run),
                       Contains("wire them to the input 'frames'"));
 
+    // Objects of the mesh that the other was made from.
+    const auto objects = std::make_shared<Regions>(
+        regions_from(*mesh, {"chair", "house/table"}, std::vector<std::uint32_t>(mesh->triangles.size(), 1)));
+    const auto finer = std::make_shared<Mesh>(shapes::grid(3 * squares, [](float, float) { return 0.01F; }));
+    const testing::Inputs with_objects{{"mesh", finer}, {"labeled", mesh}, {"objects", objects}};
+    CHECK(divided(Value::Map{}, with_objects, run)->names == std::vector<std::string>{"house/table"});
+    CHECK_THROWS_WITH(divided(Value::Map{}, {{"mesh", finer}, {"objects", objects}}, run), Contains("to the input 'labeled'"));
+    CHECK_THROWS_WITH(divided(Value::Map{}, {{"mesh", finer}, {"labeled", finer}, {"objects", objects}}, run),
+                      Contains("the regions on port 'objects' are of another mesh"));
+
     // `input: STAGE` wires every port, whether the stage needs it or not.
     auto with_all = with_model;
     with_all["frames"] = std::make_shared<Frames>();

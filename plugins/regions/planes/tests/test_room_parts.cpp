@@ -3,6 +3,15 @@
 
 #include "plane_segments.h"
 #include "room_parts.h"
+#include "room_picture.h"
+
+#include <fresco/testing.h>
+#include <fresco/texturing/texel_faces.h>
+
+#include <map>
+#include <numeric>
+#include <set>
+#include <span>
 
 using namespace fresco;
 
@@ -78,6 +87,75 @@ TEST_CASE(
     room.sheet(RoomPart::furniture, {3.5F, 0.5F, 0}, {0, 0, 1.2F}, {0, 2, 0});
     room.sheet(RoomPart::furniture, {3.5F, 0.5F, 1.2F}, {0.4F, 0, 0}, {0, 2, 0});
     CHECK(room.least_iou(found(room).of_face) > 0.98);
+}
+
+TEST_CASE("room parts: large connected furniture is numbered by area, and the report's picture shows the numbers")
+{
+    KnownRoom room;
+    room.shell({4, 3, 2.4F});
+    room.block({2.5F, 0.6F, 0}, {0.6F, 0.6F, 0.6F});
+    room.block({0.6F, 1, 0}, {1.2F, 0.6F, 0.9F});
+    room.block({3.6F, 2.6F, 0}, {0.2F, 0.2F, 0.2F});
+    const RoomParts parts = found(room);
+    REQUIRE(parts.furniture_count == 2);
+    // The slow twin: each furniture face takes the least number along its edges, until nothing changes.
+    const Mesh mesh = texturing::welded(room.mesh);
+    std::vector<std::size_t> least(mesh.triangles.size());
+    std::iota(least.begin(), least.end(), std::size_t{0});
+    for (bool changed = true; changed;)
+    {
+        changed = false;
+        geometry::for_each_edge(mesh.triangles, mesh.positions.size(),
+                                [&](std::uint32_t, std::uint32_t, std::span<const geometry::EdgeUse> uses)
+                                {
+                                    for (const auto& a : uses)
+                                        for (const auto& b : uses)
+                                            if (parts.of_face[a.face] == RoomPart::furniture &&
+                                                parts.of_face[b.face] == RoomPart::furniture && least[a.face] < least[b.face])
+                                            {
+                                                least[b.face] = least[a.face];
+                                                changed = true;
+                                            }
+                                });
+    }
+    std::map<std::size_t, double> areas;
+    std::map<std::size_t, std::set<std::size_t>> numbers;
+    for (std::size_t f = 0; f < least.size(); ++f)
+    {
+        CHECK((parts.of_face[f] == RoomPart::furniture || parts.furniture_of_face[f] == 0));
+        if (parts.of_face[f] != RoomPart::furniture)
+            continue;
+        areas[least[f]] += length(geometry::area_vector(mesh, f)) / 2;
+        numbers[least[f]].insert(parts.furniture_of_face[f]);
+    }
+    std::map<std::size_t, double> area_of_number;
+    for (const auto& [piece, area] : areas)
+    {
+        REQUIRE(numbers[piece].size() == 1);
+        const std::size_t number = *numbers[piece].begin();
+        CHECK((number == 0) == (area < least_furniture_m2));
+        area_of_number[number] += number > 0 ? area : 0;
+    }
+    CHECK(area_of_number[1] == Approx(1.2 * 0.6 + 1.2 * 0.9 + 2 * 0.6 * 0.9).epsilon(0.1));
+    CHECK(area_of_number[2] == Approx(4 * 0.6 * 0.6).epsilon(0.1));
+
+    testing::TestRun one(1);
+    const Raster8 picture = room_picture(room.mesh, parts, one);
+    std::array<std::size_t, 2> colored{};
+    std::size_t ink = 0;
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width; ++x)
+        {
+            const std::span rgb(&picture.at(x, y), 3);
+            colored[static_cast<std::size_t>(2 * y / picture.height)] += rgb[0] != rgb[1] || rgb[1] != rgb[2] ? 1 : 0;
+            ink += std::ranges::count(rgb, 0) == 3 ? 1 : 0;
+        }
+    // A "1" has 8 squares of 3 x 3 pixels, a "2" 11; both are seen from both sides.
+    CHECK(ink == 2 * (8 + 11) * 9);
+    CHECK(colored[0] > 2000);
+    CHECK(colored[1] > 2000);
+    testing::TestRun many(5);
+    CHECK(room_picture(room.mesh, parts, many) == picture);
 }
 
 TEST_CASE("room parts: holes change nothing around them")

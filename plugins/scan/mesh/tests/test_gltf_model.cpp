@@ -6,6 +6,8 @@
 
 #include <fresco/testing.h>
 
+#include <fmt/format.h>
+
 using namespace fresco;
 using namespace model_samples;
 using scan_mesh::FileModel;
@@ -71,6 +73,37 @@ TEST_CASE("nodes place their meshes; a mirrored one keeps its outside", "[scan.m
     // Without scenes: every node that is nobody's child.
     set(triangle.sample, "scenes", "[]");
     CHECK(read_sample(triangle.finished(), folder).mesh.triangles.size() == 3);
+}
+
+TEST_CASE("objects are the nodes with meshes, by their paths", "[scan.mesh]")
+{
+    const testing::TemporaryFolder folder;
+    TriangleSample triangle;
+    set(triangle.sample, "scenes", R"([{"nodes": [0]}])");
+    const auto objects = [&](const std::string& nodes)
+    {
+        set(triangle.sample, "nodes", nodes);
+        const FileModel model = read_sample(triangle.finished(), folder);
+        std::vector<std::string> names;
+        for (const std::uint32_t object : model.object_of_face)
+            names.push_back(object < model.objects.size() ? model.objects[object] : "");
+        return names;
+    };
+    using Names = std::vector<std::string>;
+    CHECK(objects(R"([{"name": "root", "children": [1, 3, 5]},
+                      {"name": "chair", "children": [2]}, {"name": "leg", "mesh": 0},
+                      {"name": "table", "mesh": 0, "children": [4]}, {"name": "leg", "mesh": 0},
+                      {"children": [6]}, {"name": "lamp", "children": [7]}, {"name": "lamp", "mesh": 0}])") ==
+          Names{"root/chair/leg", "root/table", "root/table/leg", "root/lamp"});
+    CHECK(objects(R"([{"name": "root", "children": [1]}, {"name": "chair", "mesh": 0}])") == Names{"root/chair"});
+    CHECK(objects(R"([{"mesh": 0}])") == Names{""});
+    // A name that a hostile file repeats along a chain of nodes.
+    const std::string name(200, 'x');
+    std::string chain = "[";
+    for (int node = 0; node < 40; ++node)
+        chain += fmt::format(R"({{"name": "{}{}", "mesh": 0, "children": [{}]}},)", name, node, node + 1);
+    for (const std::string& path : objects(chain + R"({"name": "end", "mesh": 0}])"))
+        CHECK(path.size() < 600);
 }
 
 TEST_CASE("a node's mesh is copied as EXT_mesh_gpu_instancing says, within the node", "[scan.mesh]")

@@ -65,6 +65,30 @@ TEST_CASE("MTL: colors, pictures and the options of map_Kd", "[scan.mesh]")
     refused("newmtl a\nmap_Kd -zoom 1 a.png\n", "2: unknown option \"-zoom\"");
 }
 
+TEST_CASE("objects of an OBJ are its objects and the groups in them, whatever their materials", "[scan.mesh]")
+{
+    const Files files;
+    const auto objects = [&](const std::string& text)
+    {
+        const FileModel model = files.obj(triangle + text);
+        std::vector<std::string> names;
+        for (const std::uint32_t object : model.object_of_face)
+            names.push_back(object < model.objects.size() ? model.objects[object] : "");
+        return names;
+    };
+    using Names = std::vector<std::string>;
+    // A quad, a face without area and a continued line: the numbers of faces are those of the mesh.
+    CHECK(objects("f 1 2 3\no  the chair \r\nusemtl wood\nf 1 2 3\nf 1 1 2\nusemtl o\nf 1 2 3 1\n\tg leg\nf 1 2 \\\n3\ng\nf 1 2 "
+                  "3\no table\n"
+                  "f 1 2 3\ng leg\nf 1 2 3\nusemtl iron\nf 1 2 3\no\nf 1 2 3\n") ==
+          Names{"", "the chair", "the chair", "the chair/leg", "the chair", "table", "table/leg", "table/leg", ""});
+    CHECK(objects("g Chair Back\nf 1 2 3\ng Chair Seat\nf 1 2 3\n") == Names{"Chair Back", "Chair Seat"});
+    // One name for all says nothing.
+    CHECK(objects("o scan\nf 1 2 3\n").empty());
+    CHECK(scan_mesh::read_file_model(files.write("b.obj", triangle + "o a\nf 1 2 3\no b\nf 1 2 3\n"), false).objects ==
+          Names{"a", "b"});
+}
+
 TEST_CASE("an OBJ without its materials or pictures keeps its shape and colors, with one warning each", "[scan.mesh]")
 {
     const Files files;

@@ -120,6 +120,7 @@ TEST_CASE_METHOD(RegionsTest, "texture.regions: refuses what does not belong tog
 {
     const Value rules = Value::Map{{"floor", "keep"}, {"*", "night"}};
     CHECK_THROWS_WITH(put_together(Value::Map{{"flor", "keep"}, {"*", "night"}}, run), Contains("(did you mean 'floor'?)"));
+    CHECK_THROWS_WITH(put_together(Value::Map{{"chair", "keep"}}, run), Contains("(there are: floor, walls)"));
     given.night = testing::blank_texture(side / 2, 0);
     CHECK_THROWS_WITH(put_together(rules, run, given), Contains("the one on port 'night' 40"));
     given = {};
@@ -147,4 +148,27 @@ TEST_CASE_METHOD(RegionsTest, "texture.regions: a rule for a region that no face
     put_together(Value::Map{{"ceiling", "night"}}, run, given);
     REQUIRE(!run.messages.empty());
     CHECK_THAT(run.messages.back(), Contains("warning: the mesh has no 'ceiling': its rule changes nothing"));
+}
+
+TEST_CASE_METHOD(RegionsTest, "texture.regions: of the names in a region's path, the innermost that has a rule counts",
+                 "[texture.regions]")
+{
+    // The left half is a part of the house's furniture, the right one its wall.
+    given.regions.names = {"house/furniture/part_1", "house/walls"};
+    const auto textures = [&](const Value& rules)
+    {
+        put_together(rules, run, given);
+        std::vector<std::string> names;
+        for (const auto& [region, figures] : run.reported.at("regions").as_map())
+            names.push_back(figures.at("texture").as_string());
+        return names;
+    };
+    using Names = std::vector<std::string>;
+    CHECK(textures(Value::Map{{"part_1", "night"}, {"*", "waves"}}) == Names{"night", "waves"});
+    CHECK(textures(Value::Map{{"house", "waves"}, {"furniture", "night"}, {"*", "keep"}}) == Names{"night", "waves"});
+    CHECK(textures(Value::Map{{"house/walls", "night"}, {"walls", "waves"}, {"furniture", "waves"}}) == Names{"waves", "night"});
+    CHECK_THAT(run.messages.back(), Contains("warning: the mesh has no 'walls': its rule changes nothing"));
+    run.messages.clear();
+    CHECK(textures(Value::Map{{"furniture", "night"}}) == Names{"night", "keep"});
+    CHECK(run.messages.empty());
 }

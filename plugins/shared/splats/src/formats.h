@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -83,5 +84,48 @@ PlyLayout ply_layout(Bytes bytes, const std::string& source);
 
 SplatFile parse_ply(Bytes bytes, const std::string& source);
 SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::string& source);
+
+/// Rows of 32 bytes without a header: their numbers must be plausible.
+inline constexpr std::size_t splat_row_bytes = 32;
+bool is_splat(Bytes bytes);
+SplatFile parse_splat(Bytes bytes, const std::string& source);
+
+/// An SPZ file, unpacked.
+struct SpzContents
+{
+    enum Stream : std::uint8_t
+    {
+        positions,
+        opacities,
+        colors,
+        scales,
+        rotations,
+        harmonics
+    };
+
+    int version = 0;
+    std::size_t count = 0;
+    int degree = 0;
+    int fraction_bits = 0;
+    std::uint8_t flags = 0;
+    std::array<std::vector<std::byte>, 6> streams;
+    std::vector<std::byte> extensions;  ///< Records of vendors, as they are.
+
+    /// Bytes per Gaussian of each stream.
+    std::array<std::size_t, 6> row_bytes() const;
+    void put(std::size_t i, Vec3f center, Vec3f scale, double opacity);
+    void put_color(std::size_t i, Vec3f color);
+};
+
+bool is_spz(Bytes bytes);
+SpzContents unpacked_spz(Bytes bytes, const std::string& source);
+std::vector<std::byte> packed_spz(const SpzContents& spz);
+SpzContents spz_of(const Splats& splats);
+SplatFile parse_spz(Bytes bytes, const std::string& source);
+
+/// The bytes of a file of a SOG, by its name in meta.json.
+using SogFile = std::function<std::vector<std::byte>(const std::string& name)>;
+/// `total_bytes`: of all files, which bound the number of Gaussians.
+SplatFile parse_sog(std::string_view meta, const SogFile& file, std::size_t total_bytes, const std::string& source);
 
 }  // namespace fresco::splats

@@ -1,6 +1,7 @@
 #include "formats.h"
 
 #include <fresco/files_io.h>
+#include <fresco/zip.h>
 
 #include <algorithm>
 
@@ -36,13 +37,15 @@ void set(SplatFile& file, std::size_t i, Vec3f center, std::array<double, 4> rot
     for (const double each : rotation)
         norm += each * each;
     norm = std::sqrt(norm);
+    constexpr float far = 1e12F;  // Its square is a float.
     const Vec3f size = splats.scales[i];
     for (const double each : {center.x, center.y, center.z, size.x, size.y, size.z, color.x, color.y, color.z,
                               static_cast<float>(opacity), static_cast<float>(norm)})
-        if (!std::isfinite(each))
-            throw Error(fmt::format("{}: Gaussian {} has a number that is not finite; \"splat-transform IN.ply --filter-nan "
-                                    "OUT.ply\" leaves such ones out",
-                                    source, i));
+        if (!(std::abs(each) < far))
+            throw Error(fmt::format(
+                "{}: Gaussian {} has a number that is not finite, or too large; \"splat-transform IN.ply --filter-nan "
+                "OUT.ply\" leaves such ones out",
+                source, i));
     if (norm > 0)
         for (std::size_t k = 0; k < 4; ++k)
             splats.rotations[i][k] = static_cast<float>(rotation[k] / norm);
@@ -54,17 +57,84 @@ void set(SplatFile& file, std::size_t i, Vec3f center, std::array<double, 4> rot
     }
 }
 
+namespace
+{
+
+constexpr std::string_view meta_name = "meta.json";
+
+std::string_view text_of(Bytes bytes)
+{
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// mkkellogg's format has no magic number, only a version in front of a header of zeros.
+bool is_ksplat(Bytes bytes)
+{
+    constexpr std::size_t header = 4096;
+    constexpr std::size_t section = 1024;
+    constexpr std::size_t modes = 3;
+    return bytes.size() >= header && value_at<std::uint8_t>(bytes, 0) == 0 && value_at<std::uint8_t>(bytes, 1) == 1 &&
+           value_at<std::uint32_t>(bytes, 4) <= (bytes.size() - header) / section && value_at<std::uint16_t>(bytes, 20) < modes &&
+           value_at<std::uint32_t>(bytes, 16) > 0;
+}
+
+/// A SOG whose files lie beside its meta.json.
+SplatFile read_sog_folder(const std::filesystem::path& meta)
+{
+    SplatFile file;
+    std::vector<std::filesystem::path> files{meta};
+    std::size_t total = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(meta.parent_path()))
+        total += entry.is_regular_file() ? static_cast<std::size_t>(entry.file_size()) : 0;
+    const auto read = [&](const std::string& name)
+    {
+        files.push_back(meta.parent_path() / name);
+        return read_file(files.back());
+    };
+    file = parse_sog(read_text_file(meta), read, total, meta.string());
+    file.files = std::move(files);
+    return file;
+}
+
+}  // namespace
+
 SplatFile parse_splats(std::span<const std::byte> bytes, const std::string& source)
 {
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view text = text_of(bytes);
     if (text.starts_with("ply"))
         return parse_ply(bytes, source);
-    throw Error(source + ": isn't a file of Gaussian splats; expected PLY, SPLAT, SPZ or SOG");
+    if (is_spz(bytes))
+        return parse_spz(bytes, source);
+    if (text.starts_with("PK"))
+    {
+        const ZipReader zip(bytes, source);
+        if (!zip.contains(std::string(meta_name)))
+            throw Error(source + ": the archive has no meta.json, so it isn't a SOG; unpack it first");
+        constexpr std::size_t most_meta = std::size_t{1} << 24U;
+        constexpr std::size_t most_picture = std::size_t{1} << 32U;
+        const auto meta = zip.unpacked(std::string(meta_name), most_meta);
+        const auto unpacked = [&](const std::string& name) { return zip.unpacked(name, most_picture); };
+        return parse_sog(text_of(meta), unpacked, bytes.size(), source);
+    }
+    if (is_ksplat(bytes))
+        throw Error(source + ": is KSPLAT, which fresco doesn't read; \"splat-transform IN.ksplat OUT.ply\" makes a PLY of it");
+    if (text.starts_with("glTF"))
+        throw Error(source + ": is GLB; splats are read from PLY, SPLAT, SPZ and SOG, models by scan.mesh");
+    if (is_splat(bytes))
+        return parse_splat(bytes, source);
+    throw Error(source + ": isn't a file of Gaussian splats, or is cut short; expected PLY, SPLAT, SPZ or SOG");
 }
 
 SplatFile read_splats(const std::filesystem::path& file)
 {
-    return parse_splats(read_file(file), file.string());
+    if (std::filesystem::is_directory(file))
+        return read_sog_folder(file / meta_name);
+    const auto bytes = read_file(file);
+    if (text_of(bytes).starts_with("{"))
+        return read_sog_folder(file);
+    SplatFile result = parse_splats(bytes, file.string());
+    result.files = {file};
+    return result;
 }
 
 }  // namespace fresco::splats

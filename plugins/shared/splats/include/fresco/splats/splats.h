@@ -42,8 +42,9 @@ struct SplatFile
 {
     SplatFormat format{};
     Splats splats;
-    int harmonics_degree = 0;    ///< 0 to 4.
-    std::size_t undirected = 0;  ///< Gaussians whose rotation had length 0: they have none now, and opacity 0.
+    int harmonics_degree = 0;                  ///< 0 to 4.
+    std::size_t undirected = 0;                ///< Gaussians whose rotation had length 0: they have none now, and opacity 0.
+    std::vector<std::filesystem::path> files;  ///< Files that read_splats opened.
 };
 
 /// Reads a file, which its contents identify, or the folder of a SOG. Bytes behind the last Gaussian are ignored. Throws Error

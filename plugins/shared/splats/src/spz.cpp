@@ -1,0 +1,371 @@
+#include "formats.h"
+
+#include <zlib.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <numbers>
+
+namespace fresco::splats
+{
+namespace
+{
+
+constexpr std::string_view magic = "NGSP";
+constexpr std::size_t legacy_header = 16;
+constexpr std::size_t header = 32;
+constexpr std::size_t table_entry = 16;
+constexpr std::uint8_t extended = 2;  ///< Flag: records of vendors follow the Gaussians, in version 4 the header.
+constexpr double color_scale = 0.15;
+
+[[noreturn]] void refuse(const std::string& source, const std::string& what)
+{
+    throw Error(fmt::format("{}: {}; not a whole SPZ file: copy or download it again", source, what));
+}
+
+/// Unpacks gzip until `most` bytes or its end.
+std::vector<std::byte> inflated(Bytes packed, std::size_t most, const std::string& source)
+{
+    std::vector<std::byte> result(most);
+    z_stream stream{};
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
+    constexpr int gzip = 16;
+    int code = inflateInit2(&stream, gzip + MAX_WBITS);
+    // Its counters have 32 bits.
+    constexpr std::size_t step = std::size_t{1} << 30U;
+    std::size_t taken = 0;
+    std::size_t made = 0;
+    while (code == Z_OK && made < most)
+    {
+        const std::size_t in = std::min(packed.size() - taken, step);
+        const std::size_t room = std::min(most - made, step);
+        stream.avail_in = static_cast<uInt>(in);
+        stream.next_out = reinterpret_cast<Bytef*>(result.data() + made);
+        stream.avail_out = static_cast<uInt>(room);
+        code = inflate(&stream, Z_NO_FLUSH);
+        taken += in - stream.avail_in;
+        made += room - stream.avail_out;
+    }
+    inflateEnd(&stream);
+    if (code != Z_OK && code != Z_STREAM_END)
+        refuse(source, fmt::format("its gzip data is damaged or cut short behind {} bytes", taken));
+    result.resize(made);
+    return result;
+}
+
+std::vector<std::byte> deflated(Bytes plain)
+{
+    constexpr int gzip = 16;
+    constexpr int memory_level = 9;
+    z_stream stream{};
+    if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, gzip + MAX_WBITS, memory_level, Z_DEFAULT_STRATEGY) != Z_OK)
+        throw Error("zlib cannot start: out of memory");
+    std::vector<std::byte> result(deflateBound(&stream, plain.size()));
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(plain.data()));
+    stream.next_out = reinterpret_cast<Bytef*>(result.data());
+    int code = Z_OK;
+    while (code == Z_OK)
+    {
+        // Its counters have 32 bits.
+        constexpr std::size_t step = std::size_t{1} << 30U;
+        const std::size_t left = plain.size() - stream.total_in;
+        stream.avail_in = static_cast<uInt>(std::min(left, step));
+        stream.avail_out = static_cast<uInt>(std::min(result.size() - stream.total_out, step));
+        code = deflate(&stream, left <= step ? Z_FINISH : Z_NO_FLUSH);
+    }
+    result.resize(stream.total_out);
+    deflateEnd(&stream);
+    return result;
+}
+
+void inflate_frame(Bytes frame, std::size_t bytes, std::vector<std::byte>& result, const std::string& source)
+{
+    result.resize(bytes);
+    const std::size_t made = ZSTD_decompress(result.data(), bytes, frame.data(), frame.size());
+    if (ZSTD_isError(made) != 0 || made != bytes)
+        refuse(source, "one of its zstd streams is damaged");
+}
+
+/// No scene that anybody trained packs this well; a header that claims more is made up.
+void check_count(std::size_t count, std::size_t row_bytes, std::size_t file_bytes, const std::string& source)
+{
+    constexpr std::size_t most_ratio = 200;
+    if (count == 0 || count > (file_bytes + 4096) * most_ratio / row_bytes)
+        refuse(source, fmt::format("its {} bytes cannot hold the {} Gaussians that its header claims", file_bytes, count));
+}
+
+SpzContents begun(Bytes start, const std::string& source)
+{
+    SpzContents spz;
+    spz.version = static_cast<int>(value_at<std::uint32_t>(start, 4));
+    spz.count = value_at<std::uint32_t>(start, 8);
+    spz.degree = value_at<std::uint8_t>(start, 12);
+    spz.fraction_bits = value_at<std::uint8_t>(start, 13);
+    spz.flags = value_at<std::uint8_t>(start, 14);
+    if (spz.version < 2 || spz.version > 4)
+        throw Error(fmt::format("{}: is SPZ {}; fresco reads 2, 3 and 4", source, spz.version));
+    if (spz.degree > 4 || spz.fraction_bits > 24)
+        refuse(source, fmt::format("its header has harmonics of degree {} and {} bits of fractions; expected at most 4 and 24",
+                                   spz.degree, spz.fraction_bits));
+    return spz;
+}
+
+SpzContents unpacked_legacy(Bytes bytes, const std::string& source)
+{
+    const bool is_packed = value_at<std::uint16_t>(bytes, 0) == 0x8b1f;
+    const auto take = [&](std::size_t most)
+    {
+        auto plain = is_packed ? inflated(bytes, most, source)
+                               : std::vector<std::byte>(
+                                     bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(std::min(most, bytes.size())));
+        return plain;
+    };
+    const auto start = take(legacy_header);
+    if (start.size() < legacy_header || std::memcmp(start.data(), magic.data(), magic.size()) != 0)
+        throw Error(source + ": its gzip data doesn't hold SPZ; unpack other files first");
+    SpzContents spz = begun(start, source);
+    const auto row = spz.row_bytes();
+    std::size_t row_bytes = 0;
+    for (const std::size_t each : row)
+        row_bytes += each;
+    check_count(spz.count, row_bytes, bytes.size(), source);
+    constexpr std::size_t most_extra = 65536;
+    const auto plain = take(legacy_header + spz.count * row_bytes + most_extra);
+    if (plain.size() < legacy_header + spz.count * row_bytes)
+        refuse(source, fmt::format("its {} Gaussians end behind {} bytes", spz.count, plain.size()));
+    auto at = plain.begin() + legacy_header;
+    for (std::size_t k = 0; k < row.size(); ++k)
+    {
+        const auto end = at + static_cast<std::ptrdiff_t>(spz.count * row[k]);
+        spz.streams[k].assign(at, end);
+        at = end;
+    }
+    if ((spz.flags & extended) != 0)
+        spz.extensions.assign(at, plain.end());
+    return spz;
+}
+
+SpzContents unpacked_ngsp(Bytes bytes, const std::string& source)
+{
+    SpzContents spz = begun(bytes, source);
+    const auto row = spz.row_bytes();
+    const std::size_t streams = value_at<std::uint8_t>(bytes, 15);
+    const std::size_t table = value_at<std::uint32_t>(bytes, 16);
+    if (streams != (spz.degree > 0 ? 6U : 5U) || table < header || table > bytes.size() ||
+        streams * table_entry > bytes.size() - table)
+        refuse(source, fmt::format("its table of {} streams at byte {} is missing", streams, table));
+    std::size_t at = table + streams * table_entry;
+    for (std::size_t k = 0; k < streams; ++k)
+    {
+        const auto packed = value_at<std::uint64_t>(bytes, table + k * table_entry);
+        const auto plain = value_at<std::uint64_t>(bytes, table + k * table_entry + 8);
+        check_count(spz.count, row[k], bytes.size(), source);
+        if (packed > bytes.size() - at || plain != spz.count * row[k])
+            refuse(source, fmt::format("its stream {} is cut short or has another size than its Gaussians", k));
+        inflate_frame(bytes.subspan(at, packed), plain, spz.streams[k], source);
+        at += packed;
+    }
+    spz.extensions.assign(bytes.begin() + header, bytes.begin() + static_cast<std::ptrdiff_t>(table));
+    return spz;
+}
+
+std::array<double, 4> rotation_of_three(const std::uint8_t* packed)
+{
+    std::array<double, 4> rotation{};
+    double rest = 1;
+    for (std::size_t k = 1; k < 4; ++k)
+    {
+        rotation[k] = packed[k - 1] / 127.5 - 1;
+        rest -= rotation[k] * rotation[k];
+    }
+    rotation[0] = std::sqrt(std::max(rest, 0.0));
+    return rotation;
+}
+
+/// The number of the largest component of x, y, z, w, and the others from the first in ten bits each, the sign before the size.
+std::array<double, 4> rotation_of_smallest(std::uint32_t packed)
+{
+    constexpr std::uint32_t most = 511;
+    std::array<double, 4> rotation{};
+    const std::size_t largest = packed >> 30U;
+    double rest = 1;
+    unsigned shift = 30;
+    for (std::size_t k = 0; k < 4; ++k)
+        if (k != largest)
+        {
+            shift -= 10;
+            const double size = (packed >> shift & most) * (std::numbers::sqrt2 / 2 / most);
+            rotation[(k + 1) % 4] = (packed >> shift >> 9U & 1U) != 0 ? -size : size;
+            rest -= size * size;
+        }
+    rotation[(largest + 1) % 4] = std::sqrt(std::max(rest, 0.0));
+    return rotation;
+}
+
+std::uint32_t smallest_of(const std::array<float, 4>& rotation)
+{
+    std::size_t largest = 0;  // Counted x, y, z, w.
+    const auto at = [&](std::size_t k) { return static_cast<double>(rotation[(k + 1) % 4]); };
+    for (std::size_t k = 1; k < 4; ++k)
+        if (std::abs(at(k)) > std::abs(at(largest)))
+            largest = k;
+    auto packed = static_cast<std::uint32_t>(largest);
+    for (std::size_t k = 0; k < 4; ++k)
+        if (k != largest)
+        {
+            const auto size =
+                static_cast<std::uint32_t>(std::min(511.0, std::round(511 * std::numbers::sqrt2 * std::abs(at(k)))));
+            packed = packed << 10U | ((at(k) < 0) != (at(largest) < 0) ? 512U : 0U) | size;
+        }
+    return packed;
+}
+
+std::byte rounded(double value)
+{
+    return static_cast<std::byte>(std::lround(std::clamp(value, 0.0, 255.0)));
+}
+
+}  // namespace
+
+std::array<std::size_t, 6> SpzContents::row_bytes() const
+{
+    return {9, 1, 3, 3, version == 2 ? 3U : 4U, 3 * coefficients_of(degree)};
+}
+
+void SpzContents::put(std::size_t i, Vec3f center, Vec3f scale, double opacity)
+{
+    constexpr double most = 8388607;
+    const std::array<float, 3> place{center.x, center.y, center.z};
+    const std::array<float, 3> size{scale.x, scale.y, scale.z};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        const auto fixed = static_cast<std::int32_t>(
+            std::lround(std::clamp(std::ldexp(static_cast<double>(place[k]), fraction_bits), -most, most)));
+        std::memcpy(streams[positions].data() + 9 * i + 3 * k, &fixed, 3);
+        streams[scales][3 * i + k] = rounded(16 * (std::log(static_cast<double>(size[k])) + 10));
+    }
+    streams[opacities][i] = rounded(255 * opacity);
+}
+
+void SpzContents::put_color(std::size_t i, Vec3f color)
+{
+    const std::array<float, 3> rgb{color.x, color.y, color.z};
+    for (std::size_t k = 0; k < 3; ++k)
+        streams[colors][3 * i + k] = rounded(255 * ((static_cast<double>(rgb[k]) - 0.5) / harmonic_0 * color_scale + 0.5));
+}
+
+SpzContents spz_of(const Splats& splats)
+{
+    double largest = 1;
+    for (const Vec3f c : splats.centers)
+        largest = std::max({largest, std::abs(double{c.x}), std::abs(double{c.y}), std::abs(double{c.z})});
+    SpzContents spz;
+    spz.version = 3;
+    spz.count = splats.size();
+    constexpr int usual_bits = 16;
+    spz.fraction_bits = std::clamp(22 - std::ilogb(largest), 0, usual_bits);
+    const auto row = spz.row_bytes();
+    for (std::size_t k = 0; k < row.size(); ++k)
+        spz.streams[k].resize(spz.count * row[k]);
+    for (std::size_t i = 0; i < spz.count; ++i)
+    {
+        spz.put(i, splats.centers[i], splats.scales[i], double{splats.opacities[i]});
+        spz.put_color(i, splats.colors[i]);
+        const std::uint32_t packed = smallest_of(splats.rotations[i]);
+        std::memcpy(spz.streams[SpzContents::rotations].data() + 4 * i, &packed, sizeof packed);
+    }
+    return spz;
+}
+
+bool is_spz(Bytes bytes)
+{
+    return bytes.size() >= legacy_header &&
+           (value_at<std::uint16_t>(bytes, 0) == 0x8b1f || std::memcmp(bytes.data(), magic.data(), magic.size()) == 0);
+}
+
+SpzContents unpacked_spz(Bytes bytes, const std::string& source)
+{
+    const bool is_plain = std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
+    if (!is_plain || value_at<std::uint32_t>(bytes, 4) < 4)
+        return unpacked_legacy(bytes, source);
+    if (bytes.size() < header)
+        refuse(source, "its header is cut short");
+    return unpacked_ngsp(bytes, source);
+}
+
+std::vector<std::byte> packed_spz(const SpzContents& spz)
+{
+    std::string start(magic);
+    const auto put = [&](std::uint64_t number, std::size_t bytes)
+    { start.append(reinterpret_cast<const char*>(&number), bytes); };
+    const bool is_ngsp = spz.version >= 4;
+    const std::size_t streams = spz.degree > 0 ? 6 : 5;
+    put(static_cast<std::uint64_t>(spz.version), 4);
+    put(spz.count, 4);
+    put(static_cast<std::uint64_t>(spz.degree), 1);
+    put(static_cast<std::uint64_t>(spz.fraction_bits), 1);
+    put(spz.flags, 1);
+    put(is_ngsp ? streams : 0, 1);
+    std::vector<std::byte> result;
+    const auto append = [&](const void* data, std::size_t bytes)
+    { result.insert(result.end(), static_cast<const std::byte*>(data), static_cast<const std::byte*>(data) + bytes); };
+    if (is_ngsp)
+    {
+        put(header + spz.extensions.size(), 4);
+        start.resize(header);
+        start.append(reinterpret_cast<const char*>(spz.extensions.data()), spz.extensions.size());
+        constexpr int level = 12;
+        std::vector<std::vector<std::byte>> frames(streams);
+        for (std::size_t k = 0; k < streams; ++k)
+        {
+            frames[k].resize(ZSTD_compressBound(spz.streams[k].size()));
+            frames[k].resize(
+                ZSTD_compress(frames[k].data(), frames[k].size(), spz.streams[k].data(), spz.streams[k].size(), level));
+            put(frames[k].size(), 8);
+            put(spz.streams[k].size(), 8);
+        }
+        append(start.data(), start.size());
+        for (const auto& frame : frames)
+            append(frame.data(), frame.size());
+        return result;
+    }
+    append(start.data(), start.size());
+    for (const auto& stream : spz.streams)
+        append(stream.data(), stream.size());
+    append(spz.extensions.data(), spz.extensions.size());
+    return deflated(result);
+}
+
+SplatFile parse_spz(Bytes bytes, const std::string& source)
+{
+    const SpzContents spz = unpacked_spz(bytes, source);
+    SplatFile file;
+    file.format = SplatFormat::spz;
+    file.harmonics_degree = spz.degree;
+    resize(file.splats, spz.count);
+    const auto number = [&](SpzContents::Stream stream, std::size_t at)
+    { return static_cast<double>(std::to_integer<int>(spz.streams[stream][at])); };
+    for (std::size_t i = 0; i < spz.count; ++i)
+    {
+        std::array<float, 3> center{};
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            std::uint32_t fixed = 0;
+            std::memcpy(&fixed, spz.streams[SpzContents::positions].data() + 9 * i + 3 * k, 3);
+            center[k] = static_cast<float>(std::ldexp(static_cast<std::int32_t>(fixed << 8U) >> 8U, -spz.fraction_bits));
+        }
+        const auto vector = [&](SpzContents::Stream stream) {
+            return Vec3d{number(stream, 3 * i), number(stream, 3 * i + 1), number(stream, 3 * i + 2)};
+        };
+        const Vec3d color = (vector(SpzContents::colors) * (1 / 255.0) - Vec3d{0.5, 0.5, 0.5}) * (harmonic_0 / color_scale) +
+                            Vec3d{0.5, 0.5, 0.5};
+        const auto& turns = spz.streams[SpzContents::rotations];
+        const auto rotation = spz.version == 2 ? rotation_of_three(reinterpret_cast<const std::uint8_t*>(turns.data()) + 3 * i)
+                                               : rotation_of_smallest(value_at<std::uint32_t>(turns, 4 * i));
+        set(file, i, {center[0], center[1], center[2]}, rotation, vector(SpzContents::scales) * (1 / 16.0) - Vec3d{10, 10, 10},
+            number(SpzContents::opacities, i) / 255, vec_cast<float>(color), source);
+    }
+    return file;
+}
+
+}  // namespace fresco::splats

@@ -118,7 +118,7 @@ void write_numbers(Raster8& picture, const std::vector<std::vector<std::array<in
 Raster8 room_picture(const Mesh& upright, const RoomParts& parts, const Progress& progress)
 {
     constexpr std::array<double, 4> grays{200, 225, 225, 130};  // By RoomPart.
-    constexpr double golden = 0.618034;                         // Of a turn: the hues of all numbers differ, of neighbors most.
+    constexpr double golden = 0.618034;                         // Steps of this share of a turn give all numbers other hues.
     const Vec3d light = normalized(Vec3d{0.3, 0.5, 0.8});
     // Furniture is seen from behind, too: a camera that passed it may have recorded one side.
     Mesh shown = upright;

@@ -1,6 +1,13 @@
 // The pipeline as boxes from left to right.
 
-const box = { width: 132, height: 46, column: 176, row: 62, wire: 20, margin: 4 };
+const box = { height: 46, row: 62, wire: 20, margin: 4 };
+
+/// Width of a box and of a column: narrower where there are many layers, as long as their texts can be read.
+function widthsOf(layers) {
+    const page = 1190;
+    const column = Math.min(176, Math.max(108, (page - 2 * box.margin) / Math.max(1, layers)));
+    return { column, width: Math.round(0.75 * column + (176 - column) * 0.12) };
+}
 
 /// Places the stages by what they wait for, and in each layer near what they are joined to: {boxes: [{stage, layer, row}], ways: [[box,
 /// …]], layers: [number of boxes]}. The stages' boxes come first, in their order; the others are where a wire passes through a layer. Several wires
@@ -52,30 +59,31 @@ function stateText(stage) {
 function placesOf({ boxes, layers }) {
     const tall = ({ stage }) => stage < 0 ? box.wire : box.row;
     const columns = layers.map((_, layer) => boxes.map((each, number) => ({ ...each, number })).filter(each => each.layer === layer).sort((a, b) => a.row - b.row));
+    const { column: step, width: own } = widthsOf(layers.length);
     const heights = columns.map(column => column.reduce((sum, each) => sum + tall(each), 0));
     const height = Math.max(0, ...heights);
     const places = [];
     columns.forEach((column, layer) => column.reduce((y, each) => {
-        places[each.number] = { x: box.margin + layer * box.column, y: box.margin + y + tall(each) / 2 };
+        places[each.number] = { x: box.margin + layer * step, y: box.margin + y + tall(each) / 2 };
         return y + tall(each);
     }, (height - heights[layer]) / 2));
-    return { places, width: 2 * box.margin + Math.max(0, layers.length - 1) * box.column + box.width, height: 2 * box.margin + height };
+    return { places, width: 2 * box.margin + Math.max(0, layers.length - 1) * step + own, own, bend: (step - own) / 2, height: 2 * box.margin + height };
 }
 
 function graphOf(stages) {
     const drawing = layoutOf(stages);
-    const { places, width, height } = placesOf(drawing);
-    const bend = (box.column - box.width) / 2;
+    const { places, width, height, own, bend } = placesOf(drawing);
+    const fitting = (text, letter) => shortened(text, Math.floor((own - 14) / letter));
     const wires = drawing.ways.map(way => svg("path", { class: "wire", d: way.slice(1).map((number, i) => {
         const [from, to] = [places[way[i]], places[number]];
-        const x = from.x + box.width;
+        const x = from.x + own;
         return `${i === 0 ? `M${x} ${from.y}` : `H${x}`}C${x + bend} ${from.y} ${to.x - bend} ${to.y} ${to.x} ${to.y}`;
     }).join("") }));
     const drawn = stages.map((stage, number) => svg("a", { href: `#stage-${number}` },
         svg("g", { class: `stage ${stage.state.replaceAll(" ", "-")}`, transform: `translate(${places[number].x} ${places[number].y - box.height / 2})` },
             svg("title", {}, `${stage.name}: ${stage.type}\n${stage.help}`),
-            svg("rect", { width: box.width, height: box.height, rx: 7 }),
-            svg("text", { x: 10, y: 19, class: "name" }, shortened(stage.name, 17)),
-            svg("text", { x: 10, y: 36 }, shortened(stateText(stage), 22)))));
-    return scrolled(svg("svg", { class: "graph", viewBox: `0 0 ${width} ${height}`, style: `min-width: ${Math.min(width, Math.max(640, 0.75 * width))}px; max-width: ${width}px`, role: "img", "aria-label": "The pipeline's stages and how they are joined" }, wires, drawn));
+            svg("rect", { width: own, height: box.height, rx: 7 }),
+            svg("text", { x: 10, y: 19, class: "name" }, fitting(stage.own_name ?? stage.name, 8)),
+            svg("text", { x: 10, y: 36 }, fitting(stateText(stage), 6.4)))));
+    return scrolled(svg("svg", { class: "graph", viewBox: `0 0 ${width} ${height}`, style: `min-width: ${Math.min(width, 640)}px; max-width: ${width}px`, role: "img", "aria-label": "The pipeline's stages and how they are joined" }, wires, drawn));
 }

@@ -6,7 +6,7 @@ import { createContext, runInContext } from "node:vm";
 
 const scripts = process.argv.slice(2).flatMap(folder => readdirSync(folder).filter(name => name.endsWith(".js")).map(name => readFileSync(`${folder}/${name}`, "utf8")));
 const names = ["figureText", "bytesText", "durationText", "addressOf", "figuresOf", "layoutOf", "placesOf", "roundTicks", "axesOf", "smoothed", "barsOf", "upOf", "viewsOf", "figureTables", "shellWord",
-    "unpacked", "planOf", "roomAt", "stepFrom", "widestPlace", "floorOf"];
+    "inputsOf", "unpacked", "planOf", "roomAt", "stepFrom", "widestPlace", "floorOf"];
 const page = runInContext(`"use strict";\n${scripts.join("\n")}\n({ ${names.join(", ")} })`, createContext({ atob }));
 /// Objects of the scripts' own realm as ours.
 const plain = value => JSON.parse(JSON.stringify(value));
@@ -46,7 +46,14 @@ for (const way of drawing.ways)
 equal(page.layoutOf([]), { boxes: [], ways: [], layers: [] });
 const { places } = page.placesOf(drawing);
 assert.equal(new Set(places.map(({ x, y }) => `${x}/${y}`)).size, drawing.boxes.length);
-assert.equal(places[0].y, places[3].y);  // Alone in their layers: in the middle.
+assert.equal(places[0].y, places[3].y);
+// Many layers are narrower, so that the page holds them.
+for (const [count, most] of [[4, 800], [9, 1190], [11, 1190]]) {
+    const row = Array.from({ length: count }, (_, i) => stage(`s${i}`, ...(i ? [`s${i - 1}`] : [])));
+    const { width, own, bend } = page.placesOf(page.layoutOf(row));
+    assert(width <= most && own >= 80 && bend >= 8, `${count} layers: ${width}, ${own}, ${bend}`);
+}
+  // Alone in their layers: in the middle.
 
 // Axes.
 equal(page.roundTicks(0, 10, 5), [0, 2, 4, 6, 8, 10]);
@@ -73,6 +80,15 @@ assert.equal(page.barsOf({ ...judged, values: [] }), null);
 assert.equal(page.barsOf({}), null);
 const many = page.barsOf({ names: Array(5000).fill("frame"), values: Array.from({ length: 5000 }, (_, i) => i), kept: Array(5000).fill(true) });
 equal([many.bars.length, many.bars[0].value, many.counts.kept], [1000, 4, 5000]);
+
+// A combination shows the pictures that only some read.
+const read = (name, ...files) => ({ name, inputs: [{ stage: "scan" }, ...files.map(file => ({ file }))] });
+const painted = { stages: [read("texture@a", "/a.png", "/all.png"), read("texture@b", "/b.png", "/all.png"), read("mesh", "/m.ply")],
+    combinations: [{ name: "a", stages: ["mesh", "texture@a"] }, { name: "b", stages: ["mesh", "texture@b"] }] };
+const small = ["/a.png", "/b.png", "/all.png"].map(file => ({ file, port: "style", pictures: [{ uri: `data:${file}` }] }));
+equal([...page.inputsOf(painted, [...small, { stage: "views", folder: "" }])], [["a", [{ port: "style", file: "/a.png", uri: "data:/a.png" }]],
+    ["b", [{ port: "style", file: "/b.png", uri: "data:/b.png" }]]]);
+equal([...page.inputsOf({ ...painted, combinations: painted.combinations.slice(1) }, small)][0][1].map(({ file }) => file), ["/b.png", "/all.png"]);
 
 // The slider compares what the stage with the most pictures of recorded frames made.
 const pictures = (...all) => all.map(name => ({ name, uri: `data:image/jpeg,${name}`, pose: name }));

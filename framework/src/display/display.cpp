@@ -56,7 +56,7 @@ class Progress : public Count
     /// "120 of 400 steps, 1.9 steps/s, 2:27 left, loss 0.25".
     std::string text() const
     {
-        std::string text = fmt::format("{:.0f}{} {}", done, total > 0 ? fmt::format(" of {:.0f}", total) : "", unit);
+        std::string text = count_text();
         if (rate > 0)
             text += ", " + rate_text();
         if (rate > 0 && total > done)
@@ -395,24 +395,55 @@ class PlainDisplay final : public QuietDisplay
     std::map<std::string, Entry> running_;
 };
 
-/// For machines.
+/// Shows nothing.
+class NoDisplay final : public ProgressDisplay
+{
+  public:
+    void stage_ends(const StageOutcome& /*outcome*/) override {}
+};
+
+/// For machines, beside another display.
 class JsonDisplay final : public ProgressDisplay
 {
   public:
-    void stage_begins(const std::string& stage, int threads) override { event("begin", stage, {{"threads", threads}}); }
-    void stage_waits(const std::string& stage, const std::string& holder) override { event("wait", stage, {{"holder", holder}}); }
+    JsonDisplay(std::FILE* file, std::unique_ptr<ProgressDisplay> next) : file_(file), next_(std::move(next)) {}
+
+    void stages(const std::vector<StageStanding>& stages, int cores) override
+    {
+        const auto standing = [](const StageStanding& stage) {
+            return Value::Map{{"stage", stage.stage}, {"state", to_string(stage.state)}, {"expected_s", stage.expected_s}};
+        };
+        event("stages", "", {{"stages", each<Value>(stages, standing)}, {"cores", cores}});
+        next_->stages(stages, cores);
+    }
+    void stage_begins(const std::string& stage, int threads) override
+    {
+        event("begin", stage, {{"threads", threads}});
+        next_->stage_begins(stage, threads);
+    }
+    void stage_waits(const std::string& stage, const std::string& holder) override
+    {
+        event("wait", stage, {{"holder", holder}});
+        next_->stage_waits(stage, holder);
+    }
     void stage_progress(const std::string& stage, double done, double total, const std::string& unit,
                         const Value& metrics) override
     {
         event("progress", stage, {{"done", done}, {"total", total}, {"unit", unit}, {"metrics", metrics}});
+        next_->stage_progress(stage, done, total, unit, metrics);
     }
 
     void stage_says(const std::string& stage, const std::string& text, bool warning) override
     {
         event(warning ? "warning" : "message", stage, {{"text", text}});
+        next_->stage_says(stage, text, warning);
     }
 
-    void stage_prints(const std::string& stage, const std::string& line) override { event("output", stage, {{"text", line}}); }
+    void stage_prints(const std::string& stage, const std::string& line) override
+    {
+        event("output", stage, {{"text", line}});
+        next_->stage_prints(stage, line);
+    }
     void stage_ends(const StageOutcome& outcome) override
     {
         event("end", outcome.stage,
@@ -422,25 +453,35 @@ class JsonDisplay final : public ProgressDisplay
                {"disk_mb", outcome.disk_mb},
                {"object", outcome.object},
                {"error", outcome.error}});
+        next_->stage_ends(outcome);
     }
 
     void exported(const std::string& stage, const std::filesystem::path& file, bool written) override
     {
         event("file", stage, {{"path", file.string()}, {"written", written}});
+        next_->exported(stage, file, written);
     }
 
-    void note(const std::string& text) override { event("note", "", {{"text", text}}); }
+    void note(const std::string& text) override
+    {
+        event("note", "", {{"text", text}});
+        next_->note(text);
+    }
+    void tick() override { next_->tick(); }
 
   private:
-    static void event(const char* name, const std::string& stage, Value::Map entries)
+    void event(const char* name, const std::string& stage, Value::Map entries)
     {
         Value::Map all{{"event", name}};
         if (!stage.empty())
             all.emplace_back("stage", stage);
         all.insert(all.end(), entries.begin(), entries.end());
-        std::fputs((to_json(Value(std::move(all))) + "\n").c_str(), stdout);
-        std::fflush(stdout);
+        std::fputs((to_json(Value(std::move(all))) + "\n").c_str(), file_);
+        std::fflush(file_);
     }
+
+    std::FILE* file_;
+    std::unique_ptr<ProgressDisplay> next_;
 };
 
 }  // namespace
@@ -458,7 +499,12 @@ std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind)
     case DisplayKind::json:
         break;
     }
-    return std::make_unique<JsonDisplay>();
+    return make_recording_display(std::make_unique<NoDisplay>(), stdout);
+}
+
+std::unique_ptr<ProgressDisplay> make_recording_display(std::unique_ptr<ProgressDisplay> display, std::FILE* file)
+{
+    return std::make_unique<JsonDisplay>(file, std::move(display));
 }
 
 }  // namespace fresco::host

@@ -2,6 +2,7 @@
 
 #include "run/progress_display.h"
 
+#include <cstdio>
 #include <memory>
 
 /// \file Shows a run at standard error: on a terminal all stages, redrawn in place, otherwise a line now and then.
@@ -17,5 +18,7 @@ enum class DisplayKind
     json    ///< One JSON object per line on standard output.
 };
 std::unique_ptr<ProgressDisplay> make_display(DisplayKind kind);
+/// Shows a run by `display`, and writes its events to `file` as those of DisplayKind::json; the file must stay open.
+std::unique_ptr<ProgressDisplay> make_recording_display(std::unique_ptr<ProgressDisplay> display, std::FILE* file);
 
 }  // namespace fresco::host

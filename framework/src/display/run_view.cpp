@@ -167,7 +167,7 @@ class View
         if (counts && frame_.width < 60)
             add(fmt::format("{:.0f} %", 100 * std::clamp(stage.done / stage.total, 0.0, 1.0)));
         else if (!stage.unit.empty())
-            add(fmt::format("{:.0f}{} {}", stage.done, counts ? fmt::format(" of {:.0f}", stage.total) : "", stage.unit));
+            add(stage.count_text());
         else
             add(duration_text(stage.seconds));
         if (left)
@@ -217,6 +217,14 @@ class View
 std::string metric_text(const Metric& metric)
 {
     return metric.first + " " + (metric.second ? fmt::format("{:.4g}", *metric.second) : "not finite");
+}
+
+std::string Count::count_text() const
+{
+    constexpr double few = 20;
+    if (total > 0 && total <= few && done < total && unit.size() > 1 && unit.ends_with('s'))
+        return fmt::format("{} {:.0f} of {:.0f}", unit.substr(0, unit.size() - 1), std::floor(done) + 1, total);
+    return fmt::format("{:.0f}{} {}", done, total > 0 ? fmt::format(" of {:.0f}", total) : "", unit);
 }
 
 std::string Count::rate_text() const

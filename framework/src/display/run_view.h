@@ -28,6 +28,8 @@ struct Count
     double rate = 0;   ///< Units per second; 0: unknown.
     std::vector<Metric> metrics;
 
+    /// "120 of 400 steps"; a short count names the one in work: "round 3 of 10".
+    std::string count_text() const;
     /// "1.9 steps/s"
     std::string rate_text() const;
 };

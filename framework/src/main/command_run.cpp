@@ -7,16 +7,20 @@
 #include "base/machine.h"
 #include "report/report.h"
 #include "run/commands_inspect.h"
+#include "run/output_record.h"
 #include "run/scheduler.h"
 #include "run/stage_choice.h"
 #include "run/tasks.h"
 #include <fresco/error.h>
+#include <fresco/files_io.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fmt/format.h>
 #include <optional>
 #include <string_view>
@@ -83,7 +87,8 @@ void print_files(const RunSummary& summary)
     }
 }
 
-void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& reports)
+/// The last event of a run, as a line.
+std::string summary_event(const RunSummary& summary, const std::vector<ReportOutcome>& reports)
 {
     Value::List pages;
     for (const ReportOutcome& report : reports)
@@ -100,12 +105,50 @@ void print_json(const RunSummary& summary, const std::vector<ReportOutcome>& rep
     Value::List files;
     for (const auto& file : summary.files)
         files.push_back(Value::Map{{"stage", file.stage}, {"path", file.path.string()}, {"written", file.written}});
-    fmt::print("{}\n", to_json(Value::Map{{"event", "summary"},
-                                          {"exit_code", summary.exit_code},
-                                          {"stages", std::move(stages)},
-                                          {"files", std::move(files)},
-                                          {"reports", std::move(pages)}}));
+    return to_json(Value::Map{{"event", "summary"},
+                              {"exit_code", summary.exit_code},
+                              {"stages", std::move(stages)},
+                              {"files", std::move(files)},
+                              {"reports", std::move(pages)}}) +
+           "\n";
 }
+
+/// Events of the run in its folder of results, for programs that watch it: progress.jsonl.
+class ProgressFile
+{
+  public:
+    /// Throws Error if it cannot be written, or the user's own file is in the way.
+    explicit ProgressFile(const RunRequest& run) : folder_(run.out), owner_{run.pipeline->file, "", "", ""}
+    {
+        const fs::path path = folder_ / name;
+        FileHashes hashes({});
+        OutputRecord record(folder_);
+        if (const std::string reason = run.replace ? "" : record.obstacle(name, owner_, hashes); !reason.empty())
+            refuse_obstacles({path.string() + ": " + reason + "; " + obstacle_advice});
+        make_folder_or(folder_, "choose another with --out");
+        record.begin({{name, ""}}, owner_, hashes);
+        // Whoever still reads the last run's keeps it.
+        fs::remove(path);
+        file_.reset(std::fopen(path.c_str(), "wxe"));
+        if (!file_)
+            throw Error(path.string() + ": cannot be written: " + std::strerror(errno));
+    }
+
+    std::FILE* file() const { return file_.get(); }
+    /// Writes the last event.
+    void end(const std::string& event)
+    {
+        std::fputs(event.c_str(), file());
+        file_.reset();
+        OutputRecord(folder_).wrote({{name, file_hash(folder_ / name)}}, owner_);
+    }
+
+  private:
+    static constexpr const char* name = "progress.jsonl";
+    fs::path folder_;
+    OutputOwner owner_;
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, std::fclose};
+};
 
 /// Throws UsageError for an argument that needs a matrix, in a pipeline without one.
 void check_matrix_options(const RunArguments& arguments, const Pipeline& pipeline)
@@ -138,7 +181,7 @@ std::map<std::string, double> measured_seconds(const RunRequest& request)
 void print_summary(const RunArguments& arguments, const RunSummary& summary, const std::vector<ReportOutcome>& reports)
 {
     if (arguments.json_log)
-        return print_json(summary, reports);
+        return fmt::print("{}", summary_event(summary, reports));
     if (arguments.quiet)
         return;
     print_table(summary);
@@ -236,7 +279,10 @@ int run(const RunArguments& arguments)
     else
         refuse_obstacles(report_obstacles(request, !arguments.no_report));
     set_limits(arguments, request);
+    std::optional<ProgressFile> progress;
     auto display = make_display(display_kind(arguments));
+    if (!arguments.no_report && !is_task)
+        display = make_recording_display(std::move(display), progress.emplace(request).file());
     const auto begin = std::chrono::steady_clock::now();
     RunSummary summary = run_pipeline(request, *display);
     if (summary.exit_code == 0)
@@ -250,6 +296,8 @@ int run(const RunArguments& arguments)
         if (!report.note.empty())
             display->note(report.note);
     display.reset();  // off the terminal before anything else is printed
+    if (progress)
+        progress->end(summary_event(summary, reports));
     const bool sweep = !pipeline.sweep.axes.empty() && !is_task;
     if (sweep)
         tell_combinations(ended, arguments.thumbnails, !arguments.quiet && !arguments.json_log);

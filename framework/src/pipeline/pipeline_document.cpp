@@ -205,17 +205,18 @@ void merge_documents(PipelineDocument& below, PipelineDocument above, ProblemLis
     below.texts.insert(below.texts.begin(), above.texts.begin(), above.texts.end());
 }
 
-/// The base that `name` names: the file `beside` the upper one, else an installed pipeline. Nothing, and a problem, where there
-/// is neither.
-std::optional<fs::path> base_file(const fs::path& beside, const YamlNode& name, const std::vector<PipelineText>& texts,
-                                  ProblemList& problems)
+/// The base that `name` names: the file `beside` the `upper` one, else an installed pipeline, which a file of the same name can
+/// extend so. Nothing, and a problem, where there is neither.
+std::optional<fs::path> base_file(const fs::path& upper, const fs::path& beside, const YamlNode& name,
+                                  const std::vector<PipelineText>& texts, ProblemList& problems)
 {
     const fs::path installed = (installed_pipelines() / name.text).lexically_normal();
-    for (const fs::path& file : {beside, installed})
+    const std::vector<fs::path> files = beside == upper ? std::vector{installed} : std::vector{beside, installed};
+    for (const fs::path& file : files)
         if (std::ranges::find(texts, file, &PipelineText::file) != texts.end())
             return file;
     std::error_code unknown;
-    for (const fs::path& file : {beside, installed})
+    for (const fs::path& file : files)
         if (fs::exists(file, unknown))
             return file;
     const std::string also = installed == beside ? "" : ", nor an installed one, '" + installed.string() + "'";
@@ -274,7 +275,7 @@ PipelineDocument read_pipeline_document(const fs::path& file, const std::string&
         if (base.is_null())
             break;
         const fs::path beside = (base.path_base() / base.text).lexically_normal();
-        const auto found = base_file(beside, base, texts, problems);
+        const auto found = base_file(next, beside, base, texts, problems);
         complete = complete && found;
         if (!found)
             break;

@@ -207,7 +207,8 @@ std::string page_html(const Value& data, const PageMedia& media, const std::stri
            "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
            std::string(policy) + "\">\n<link rel=\"icon\" href=\"data:,\">\n<title>fresco</title>\n<style>" + css +
            "</style></head><body>\n<noscript>This page is drawn by JavaScript, which is switched off here. The same data are in "
-           "run.json, or of a matrix in sweep.json, beside it.</noscript>\n" +
+           "run.json, or of a matrix in sweep.json, beside it.</noscript>\n<script>document.write('<p "
+           "id=\"loading\">Loading…</p>')</script>\n" +
            json("data", data) + json("media", media.entries) + libraries + "<script>\"use strict\";\n" + js +
            std::string(report_js) + "</script>\n</body></html>\n";
 }

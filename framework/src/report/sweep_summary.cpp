@@ -4,6 +4,7 @@
 #include "report/report.h"
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <map>
@@ -54,6 +55,11 @@ class Summary
     }
 
   private:
+    bool is_picture(const fs::path& file) const
+    {
+        return std::ranges::find(extensions_, lower_extension(file)) != extensions_.end();
+    }
+
     std::string below_out(std::size_t file) const
     {
         return summary_.files[file].path.lexically_relative(run_.out).generic_string();
@@ -111,6 +117,10 @@ class Summary
                                               .generic_string());
                 shown.push_back(std::move(entry));
             }
+            // The picture that its results were made after.
+            else if (!stage.place.empty() &&
+                     std::ranges::any_of(stage.wires, [&](const Wire& wire) { return is_picture(wire.file); }))
+                shown.push_back({&stage, "", {}});
         return preview_requests(shown, *request_.catalog, store_, {run_.out, run_.out, thumbnail_px});
     }
 

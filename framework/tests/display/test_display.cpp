@@ -100,6 +100,11 @@ TEST_CASE("a small terminal shows what fits: shorter lines, then no details, the
             for (const std::string& line : lines)
                 REQUIRE(columns(line) < std::max<std::size_t>(width, 1));
         }
+    // A short count names the one that is being worked on.
+    CHECK(Count{2, 10, "rounds", 0, {}}.count_text() == "round 3 of 10");
+    CHECK(Count{10, 10, "rounds", 0, {}}.count_text() == "10 of 10 rounds");
+    CHECK(Count{2, 21, "rounds", 0, {}}.count_text() == "2 of 21 rounds");
+    CHECK(Count{2, 0, "frames", 0, {}}.count_text() == "2 frames");
     CHECK(draw_view({}, frame_of(80, 24)) == Words{"0 of 0 done · 1:15 min"});
 }
 

@@ -288,6 +288,11 @@ TEST_CASE("A base is beside the file, or an installed pipeline of the name", "[p
     REQUIRE(installed.pipeline.texts.size() == 3);
     CHECK(installed.pipeline.texts[1].file.string().ends_with("/share/fresco/pipelines/photo_texture.yaml"));
     CHECK(installed.pipeline.texts[2].file.string().ends_with("/share/fresco/pipelines/presets/preview.yaml"));
+    // A file may extend the installed one of its own name.
+    folder.write("photo_texture.yaml", over);
+    const PipelineResult same =
+        load_pipeline({.file = "photo_texture.yaml", .sets = {}, .working_directory = folder.path()}, usual_catalog());
+    CHECK(same.pipeline.texts.size() == 3);
     folder.write("photo_texture.yaml", "version: 1\nstages: {own: {type: mesh.pass}}\n");
     const PipelineResult beside = check(folder, over);
     CHECK(names_of(beside) == Words{"own", "scan"});

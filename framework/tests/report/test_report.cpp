@@ -46,6 +46,12 @@ std::size_t occurrences(const std::string& text, const std::string& part)
     return found;
 }
 
+/// Whether a whole line has this event, of a file that is being written.
+bool contains_event(const std::string& text, const std::string& name)
+{
+    return text.find("{\"event\":\"" + name + "\"") != std::string::npos;
+}
+
 const char* const sweep = R"(version: 1
 vars: {n: }
 matrix: {n: [110, 120, 130]}
@@ -106,7 +112,35 @@ TEST_CASE("a run leaves a report, and does not write it again where nothing chan
 
     fs::remove_all(place.file("out"));
     place.make({"--no-report"});
-    CHECK(place.read("out/report.html") + place.read("out/run.json") == "");
+    CHECK(place.read("out/report.html") + place.read("out/run.json") + place.read("out/progress.jsonl") == "");
+}
+
+TEST_CASE("the events of a run lie beside its results while it goes on")
+{
+    RoomPlace place("\n  slow: {type: test.slow, steps: 1000, step_ms: 100, log: log}\n");
+    {
+        const auto run = place.start({"run", "room.yaml"});
+        wait_until([&] { return contains_event(place.read("out/progress.jsonl"), "progress"); });
+    }
+    const auto begun = events(place.read("out/progress.jsonl"));
+    CHECK(begun.front().at("event").as_string() == "stages");
+    CHECK(begun.front().at("stages").as_list().at(0).at("stage").as_string() == "slow");
+    CHECK(events(place.read("out/progress.jsonl"), "summary").empty());
+    // The file of a run that was killed is fresco's to replace.
+    place.make({"--set", "slow.steps=3"});
+    const auto all = events(place.read("out/progress.jsonl"));
+    CHECK(all.back().at("event").as_string() == "summary");
+    CHECK(all.back().at("exit_code") == fresco::Value(0));
+    CHECK(events(place.read("out/progress.jsonl"), "end").size() == 1);
+    const Finished printed = place.make({"--set", "slow.steps=4", "--json-log"});
+    CHECK(printed.out == place.read("out/progress.jsonl"));
+    // The user's own stays.
+    place.write("out/progress.jsonl", "mine");
+    CHECK(contains(place.run({"run", "room.yaml", "--set", "slow.steps=3"}, 1).err,
+                   "progress.jsonl: changed since fresco wrote it"));
+    CHECK(place.read("out/progress.jsonl") == "mine");
+    place.make({"--set", "slow.steps=3", "--replace"});
+    CHECK(contains(place.read("out/progress.jsonl"), "summary"));
 }
 
 TEST_CASE("nothing in a run's names and texts can leave the page's data")

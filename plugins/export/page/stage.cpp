@@ -41,7 +41,8 @@ std::string room_page(const Value& data, std::string_view title)
              "style-src 'unsafe-inline'; img-src data: blob:\">\n<link rel=\"icon\" href=\"data:,\">\n<title>",
              name, "</title>\n<style>", viewer.css, page_css,
              "</style></head>\n<body>\n<div id=\"room\"><noscript><p class=\"message\">This page shows a room by JavaScript, "
-             "which is switched off here.</p></noscript></div>\n"
+             "which is switched off here.</p></noscript>"
+             "<script>document.write('<p class=\"message\" id=\"loading\">Loading the room…</p>')</script></div>\n"
              "<nav><button id=\"walk\">Walk</button><button id=\"orbit\">Orbit</button><button id=\"light\" "
              "hidden>Light</button><button id=\"vr\" hidden>Enter VR</button></nav>\n"
              "<script type=\"application/json\" id=\"data\">",

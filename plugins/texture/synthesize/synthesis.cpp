@@ -133,12 +133,13 @@ Painting paint(const Task& task, const Level& level, int size_px, Progress& prog
                                  static_cast<float>(of(*vote.level).pixels_per_texel / pixels_per_texel),
                                  color - copied});
     };
-    parallel_for_each(static_cast<std::size_t>(size_px), "rows", progress,
-                      [&](std::size_t y)
-                      {
-                          for (int x = 0; x < size_px; ++x)
-                              paint_texel(x, static_cast<int>(y));
-                      });
+    // Previews are painted between rounds: the count stays that of the rounds.
+    parallel_items(static_cast<std::size_t>(size_px), 1, progress,
+                   [&](std::size_t y)
+                   {
+                       for (int x = 0; x < size_px; ++x)
+                           paint_texel(x, static_cast<int>(y));
+                   });
     return result;
 }
 

@@ -8,6 +8,7 @@ let shown = null;
 const tell = () => buttons.forEach((button, mode) => button.setAttribute("aria-pressed", place.dataset.mode === mode));
 
 showRoom(place, room, { relief, cameras, up }).then(viewer => {
+    document.getElementById("loading").remove();
     shown = viewer;
     buttons.get("light").hidden = !shown.light;
     for (const [mode, button] of buttons)

@@ -1,0 +1,274 @@
+#include "room_file.h"
+#include "sheet.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/process.h>
+#include <fresco/value.h>
+#include <fresco/wording.h>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <set>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/// \file The program fresco-paint, which `fresco paint` runs: writes a pipeline file for a scan, pictures and a few settings, and
+/// lets fresco run it.
+
+using namespace fresco;
+using namespace fresco::paint;
+
+namespace
+{
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+constexpr int exit_usage = 2;
+constexpr int exit_missing_input = 3;
+
+struct Arguments
+{
+    Settings settings;
+    std::string out;
+    bool preview = false;
+    bool stylemesh = false;
+    Words sets;
+    Words of_run;  ///< For `fresco run`, as they are.
+};
+
+fs::path own_folder()
+{
+    return fs::read_symlink("/proc/self/exe").parent_path();
+}
+
+std::string command_text(const Words& words)
+{
+    std::string text;
+    for (const std::string& word : words)
+        text += (text.empty() ? "" : " ") + shell_word(word);
+    return text;
+}
+
+/// Relative where that is shorter to type: of what lies below the working directory.
+std::string typed(const fs::path& path)
+{
+    const std::string relative = fs::proximate(path).string();
+    return relative.starts_with("..") ? path.string() : relative;
+}
+
+/// fresco as the user can call it here.
+std::string fresco_word()
+{
+    const fs::path program = own_folder() / "fresco";
+    std::error_code failure;
+    const std::string in_path = find_program("fresco");
+    return !in_path.empty() && fs::equivalent(in_path, program, failure) ? "fresco" : typed(program);
+}
+
+std::string shipped_pictures()
+{
+    std::set<std::string> files;
+    std::error_code failure;
+    for (const auto& entry : fs::directory_iterator(own_folder().parent_path() / "share/fresco/pipelines/pictures", failure))
+        files.insert(shell_word(typed(entry.path())));
+    return fmt::format("\n  {}", fmt::join(files, "\n  "));
+}
+
+/// Makes the paths of the settings absolute. Throws where one is missing.
+void resolve(Arguments& arguments)
+{
+    Settings& settings = arguments.settings;
+    const auto resolved = [](fs::path& path)
+    {
+        if (!fs::exists(path))
+            throw MissingInput(path.string() + ": no such file or folder");
+        path = fs::absolute(path / "").parent_path().lexically_normal();
+    };
+    resolved(settings.scan);
+    if (settings.pictures.empty())
+        throw UsageError("name a picture to paint after, or several; fresco comes with" + shipped_pictures());
+    for (fs::path& picture : settings.pictures)
+        if (fs::is_directory(picture))
+            throw UsageError(picture.string() + ": a folder; name the pictures to paint after: " + shell_word(picture.string()) +
+                             "/*.jpg");
+        else
+            resolved(picture);
+    if (arguments.stylemesh == settings.weights.empty())
+        throw UsageError(arguments.stylemesh ? "--stylemesh needs --weights FILE: fresco weights get vgg19 prints it"
+                                             : "--weights is for --stylemesh");
+    if (arguments.stylemesh)
+        resolved(settings.weights);
+    if (arguments.out.empty())
+        arguments.out = "out/" + settings.scan.stem().string() +
+                        (settings.pictures.size() == 1 ? "-" + settings.pictures.front().stem().string() : "");
+}
+
+Words run_words(const Arguments& arguments, const std::string& fresco, bool preview)
+{
+    const fs::path out = arguments.out;
+    Words words{fresco, "run", (out / "room.yaml").string(), "--out", (preview ? out / "preview" : out).string()};
+    if (preview)
+        words.emplace_back("--preview");
+    for (const std::string& set : arguments.sets)
+        words.insert(words.end(), {"--set", set});
+    words.insert(words.end(), arguments.of_run.begin(), arguments.of_run.end());
+    return words;
+}
+
+/// Says what is wrong with a pipeline file before it is written; the exit code. Where no layout fits the scan, with what is
+/// there.
+int check(const Arguments& arguments, const std::string& text)
+{
+    const fs::path copy = fs::temp_directory_path() / fmt::format("fresco-paint-{}.yaml", getpid());
+    write_file(copy, text);
+    Words words{own_folder() / "fresco", "check", fs::path(arguments.out) / "room.yaml", "--text", copy, "--json"};
+    for (const std::string& set : arguments.sets)
+        words.insert(words.end(), {"--set", set});
+    std::string output;
+    std::FILE* pipe = popen((command_text(words) + " 2>/dev/null").c_str(), "re");
+    for (int c = 0; pipe != nullptr && (c = std::getc(pipe)) != EOF;)
+        output += static_cast<char>(c);
+    const int status = pipe != nullptr ? pclose(pipe) : -1;
+    fs::remove(copy);
+    if (status == 0 || output.empty())
+        return 0;  // fresco run says what it is.
+    const Value found = parse_json(output, "fresco check");
+    for (const Value& problem : found.at("problems").as_list())
+    {
+        std::string told = problem.at("text").as_string();
+        if (const std::size_t at = told.find("no layout fits "); at != std::string::npos)
+            told = told.substr(at) + "\n" + contents_of(arguments.settings.scan);
+        fmt::print(stderr, "error: {}\n", told);
+    }
+    return WEXITSTATUS(status);
+}
+
+/// Writes the pipeline file, or leaves an edited one that was written for the same settings. The exit code. Throws
+/// UsageError where it may not.
+int prepare(const Arguments& arguments)
+{
+    const fs::path path = fs::path(arguments.out) / "room.yaml";
+    const std::string again = command_text(run_words(arguments, fresco_word(), false));
+    std::string text = pipeline_text(arguments.settings, kind_of(arguments.settings.scan));
+    const RoomState state = state_of(path, text);
+    if (state == RoomState::other)
+        throw UsageError(
+            path.string() +
+            ": was edited, or is not of fresco paint, and these settings ask for another: choose another folder with "
+            "--out, remove the file, or run it as it is: " +
+            again);
+    if (state == RoomState::replaceable)
+    {
+        text = with_heading(text, again);
+        if (const int exit_code = check(arguments, text); exit_code != 0)
+            return exit_code;
+        fs::create_directories(arguments.out);
+        write_durable_file(path, text);
+    }
+    fmt::print(stderr, "{} {}; again: {}\n", path.string(),
+               state == RoomState::edited ? "was edited and is used as it is" : "written", again);
+    return 0;
+}
+
+int paint(Arguments& arguments)
+{
+    resolve(arguments);
+    if (const int exit_code = prepare(arguments); exit_code != 0)
+        return exit_code;
+    const int status = std::system(command_text(run_words(arguments, own_folder() / "fresco", arguments.preview)).c_str());
+    if (status == 0 && arguments.preview && arguments.settings.pictures.size() > 1)
+        if (const fs::path sheet = write_sheet(fs::path(arguments.out) / "preview"); !sheet.empty())
+            fmt::print(stderr, "{}\n", sheet.string());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+void add_options(CLI::App& app, Arguments& arguments)
+{
+    Settings& settings = arguments.settings;
+    app.add_option("scan", settings.scan, "A recording (its folder or file, in any layout) or a model (GLB, glTF, OBJ, PLY, …)")
+        ->required();
+    app.add_option("pictures", settings.pictures, "Pictures to paint after; several make a painting each");
+    const auto list = [&](const char* name, Words& values, const Words& known, const char* help)
+    { app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false)->check(CLI::IsMember(known)); };
+    app.add_option("--out", arguments.out,
+                   "Folder for room.yaml and all results (default: out/SCAN-PICTURE, of several out/SCAN)");
+    app.add_flag("--preview", arguments.preview,
+                 "A quick look, with fewer frames, faces and texels; of several pictures with a sheet to choose from");
+    app.add_option("--stroke-cm", settings.stroke_cm, "Width of the brush strokes in centimeters (default: 3.5 in a room)")
+        ->check(CLI::Range(0.1, 1000.0));
+    app.add_option("--strength", settings.strength, "0: photo, 1: painting (default: 1)")->check(CLI::Range(0.0, 1.0));
+    list("--keep", settings.keep, {"floor", "ceiling", "walls", "furniture"},
+         "Leave these as photographed: floor, ceiling, walls, furniture");
+    app.add_option("--size", settings.size_px, "Texels per side of the texture (default: 2048)")->check(CLI::Range(64, 16384));
+    list("--with", settings.with, exports(),
+         "Also write: glb, usdz, obj, ply, page (to walk through), video, views (all frames)");
+    app.add_flag("--stylemesh", arguments.stylemesh, "Paint by StyleMesh instead: hours");
+    app.add_option("--weights", settings.weights, "StyleMesh's VGG-19: the file that 'fresco weights get vgg19' prints");
+    app.add_option("--set", arguments.sets, "STAGE.OPTION=VALUE, as of fresco run; may be repeated")->allow_extra_args(false);
+    app.footer("Without a picture, it lists those that come with fresco. Words behind '--' are for fresco run: -- --cores 2");
+}
+
+int run(int argc, char** argv)
+{
+    const std::vector<char*> all(argv, argv + argc);
+    const auto own_end = std::ranges::find_if(all, [](const char* word) { return std::string_view(word) == "--"; });
+    Arguments arguments;
+    if (own_end != all.end())
+        arguments.of_run.assign(own_end + 1, all.end());
+    CLI::App app("Paint a scan after pictures: writes a pipeline file, room.yaml, and runs it", "fresco paint");
+    add_options(app, arguments);
+    if (argc > 1 && std::string_view(argv[1]) == "internal-complete")
+    {
+        const std::string last = argv[argc - 1];
+        for (const CLI::Option* option : app.get_options())
+            for (const std::string& name : option->get_lnames())
+                if (last.starts_with("-") && ("--" + name).starts_with(last))
+                    fmt::print("--{}\n", name);
+        if (!last.starts_with("-"))
+            fmt::print(":files\n");
+        return 0;
+    }
+    if (argc == 1 || std::string_view(argv[1]) == "--help-all")
+    {
+        fmt::print("{}", app.help());
+        return argc == 1 ? exit_usage : 0;
+    }
+    try
+    {
+        app.parse(static_cast<int>(own_end - all.begin()), argv);
+    }
+    catch (const CLI::CallForHelp& asked)
+    {
+        return app.exit(asked);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        throw UsageError(std::string(error.what()) + "; fresco paint --help lists what it accepts");
+    }
+    return paint(arguments);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    std::signal(SIGPIPE, SIG_IGN);
+    try
+    {
+        return run(argc, argv);
+    }
+    catch (const std::exception& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return dynamic_cast<const UsageError*>(&error) != nullptr     ? exit_usage
+               : dynamic_cast<const MissingInput*>(&error) != nullptr ? exit_missing_input
+                                                                      : 1;
+    }
+}

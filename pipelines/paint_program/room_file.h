@@ -1,0 +1,68 @@
+#pragma once
+
+#include <fresco/error.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// \file What a user asks for, a scan, pictures and a few settings, as a pipeline file: a short room.yaml that extends a pipeline
+/// that comes with fresco. So whatever is asked for with a few words can be read, edited and run again.
+
+namespace fresco::paint
+{
+
+/// Settings that cannot be met.
+struct UsageError : Error
+{
+    using Error::Error;
+};
+
+enum class ScanKind
+{
+    recording,
+    model,
+    splats
+};
+
+/// By the file's extension, of a PLY file by its header; folders and all other files are recordings.
+ScanKind kind_of(const std::filesystem::path& scan);
+
+struct Settings
+{
+    std::filesystem::path scan;
+    std::vector<std::filesystem::path> pictures;  ///< At least one. Several: the axis `picture` of a matrix.
+    std::optional<double> stroke_cm{};            ///< Unset: the size of the surface decides.
+    std::optional<double> strength{};             ///< 0 (photo) to 1.
+    std::vector<std::string> keep{};              ///< Regions of regions.planes that stay as photographed.
+    std::optional<int> size_px{};                 ///< Texels per side; above 4096 with the picture's own detail.
+    std::vector<std::string> with{};              ///< Names among exports().
+    std::filesystem::path weights{};              ///< VGG-19 for StyleMesh; empty: copy brush strokes.
+};
+
+/// The names that Settings::with may have.
+const std::vector<std::string>& exports();
+
+/// A pipeline file without its heading. Throws UsageError naming the setting where the kind of scan does not go with it.
+std::string pipeline_text(const Settings& settings, ScanKind kind);
+
+/// The text with a heading that has its hash, so that editing shows. `command`: runs the file.
+std::string with_heading(const std::string& text, const std::string& command);
+
+enum class RoomState
+{
+    replaceable,  ///< There is none, or it is as it was written.
+    edited,       ///< Was written with the same text, and edited since.
+    other         ///< Was written with another text and edited since, or somebody else wrote it.
+};
+/// How the file stands to the text that is to be written there.
+RoomState state_of(const std::filesystem::path& path, const std::string& text);
+
+/// A word as a shell reads it back.
+std::string shell_word(const std::string& word);
+
+/// "6 .jpg files, 1 .txt file and the folder seq", and what can be done with them.
+std::string contents_of(const std::filesystem::path& folder);
+
+}  // namespace fresco::paint

@@ -169,7 +169,7 @@ TEST_CASE("an interrupted sweep goes on where it was")
         [&]
         {
             const std::string out = run->out();
-            const std::size_t second = out.find("slow@n=6");
+            const std::size_t second = out.find("\"begin\",\"stage\":\"slow@n=6\"");
             return second != std::string::npos && out.find("\"progress\"", second) != std::string::npos;
         });
     run->signal(SIGINT);

@@ -163,7 +163,13 @@ void Store::remove_temporaries(const std::string& prefix) const
 
 bool Store::present(std::string_view object) const
 {
-    return is_file(manifest_file(object));
+    const fs::path file = manifest_file(object);
+    if (is_file(file))
+        return true;
+    // A result that cannot be looked at for a moment is not gone.
+    if (errno == EMFILE || errno == ENFILE || errno == EIO || errno == ENOMEM)
+        throw Error(file.string() + ": cannot be read: " + std::strerror(errno));
+    return false;
 }
 
 bool Store::present(const StoredResult& result) const

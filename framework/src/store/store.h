@@ -91,7 +91,8 @@ class Store
     void look_again() const;
     /// Puts a result first among those of its key.
     void remember(const std::string& key, const StoredResult& result) const;
-    /// Whether the object and all it refers to are there (not whether they are undamaged).
+    /// Whether the object and all it refers to are there (not whether they are undamaged). Throws Error where that cannot be
+    /// told.
     bool present(const StoredResult& result) const;
     bool present(std::string_view object) const;
 

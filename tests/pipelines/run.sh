@@ -22,6 +22,8 @@ for name in room large; do ready $name.yaml "${room[@]}" "${picture[@]}"; done
 ready stylemesh.yaml "${room[@]}" "${picture[@]}" "${weights[@]}"
 for name in photo_texture prepare; do ready $name.yaml "${room[@]}"; done
 ready retexture.yaml "${room[@]}" --set "model=$work/model.obj"
+touch "$work/scene.ply"
+ready splat.yaml --set "splat=$work/scene.ply" "${picture[@]}"
 ready model.yaml --set "model=$work/model.obj" "${picture[@]}"
 # As they are, the presets and the paper's tables are checked by tests/presets/resolved.py.
 for preset in "$pipelines"/presets/*.yaml; do

@@ -4,6 +4,8 @@
 #include <fresco/inspection/diagnosis.h>
 #include <fresco/inspection/views.h>
 #include <fresco/mesh.h>
+#include <fresco/numerics/greedy_cover.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
 #include <fresco/raycast/scene.h>
 #include <fresco/stage.h>
@@ -38,6 +40,10 @@ constexpr double wrong_share = 0.5;
 constexpr std::ptrdiff_t fewest_overlapping_frames = 3;
 constexpr double fewest_compared_depths = 1000;
 constexpr double fewest_depths_of_frame = 8;
+constexpr double least_voxel_m = 1e-4;
+/// Frames of which pixels are measured, and one pixel of so many.
+constexpr std::size_t sized_frames = 32;
+constexpr std::size_t sized_pixels = 61;
 
 /// The frames' depth pictures. Each is decoded once: its values stay in memory, as long as all that do take `most_bytes` at most.
 /// Thread-safe.
@@ -88,10 +94,12 @@ class MeshFuse final : public Stage
     Input<Frames> frames{this, "frames", "Recorded frames with depth pictures"};
     Input<Mesh> given{this, "mesh", optional, "A mesh of the recording: nothing is fused, it is passed on"};
     Output<Mesh> mesh{this, "mesh", "The given mesh, else the surface that the depth pictures show, with vertex colors"};
-    Option<double> voxel_m{this, "voxel_m", 0.01, range(0.001, 1), "Side of a voxel, and about that of a triangle"};
+    Option<double> voxel_m{this, "voxel_m", 0.01, range(0, 1),
+                           "Side of a voxel, and about that of a triangle, from 0.0001; 0: two pixels of the depth pictures"};
     Option<double> max_depth_m{this, "max_depth_m", 5, range(0.1, 1000), "Ignore depth beyond this; noise grows with distance"};
-    Option<double> min_component_m2{this, "min_component_m2", 0.01, range(0, 1000),
-                                    "Remove separate pieces of surface with less area"};
+    Option<double> min_component_m2{
+        this, "min_component_m2", 0.01, range(0, 1000),
+        "Remove separate pieces of surface with less area; with voxel_m 0, of at most 100 voxel sides"};
     Option<double> max_memory_gb{
         this, "max_memory_gb", 4, range(0.01, 10'000),
         "Stop with an error if volume and mesh need more; another quarter of it may hold depth pictures"};
@@ -104,8 +112,30 @@ class MeshFuse final : public Stage
     const ImageIo* codec() const { return images.has_value() ? images.get().get() : nullptr; }
     std::size_t limit_bytes() const { return static_cast<std::size_t>(*max_memory_gb * gigabyte); }
 
+    double voxel_ = 0;  ///< Meters.
+
     /// Distances are averaged up to this far from the surface: more than the depth noise.
-    double truncation() const { return 4 * *voxel_m; }
+    double truncation() const { return 4 * voxel_; }
+
+    double min_component() const { return *voxel_m > 0 ? *min_component_m2 : std::min(*min_component_m2, 100 * voxel_ * voxel_); }
+
+    /// Twice the median width of a depth picture's pixel on the surface.
+    double voxel_by_pixels(const std::vector<const Frame*>& measured, DepthPictures& depths, RunContext& run) const
+    {
+        std::vector<double> widths;
+        for (const std::size_t i : numerics::evenly_spread(std::min(measured.size(), sized_frames), measured.size()))
+        {
+            run.check_canceled();
+            const RasterF depth = depths.of(*measured[i]);
+            for (std::size_t at = sized_pixels / 2; at < depth.values.size(); at += sized_pixels)
+                if (const auto meters = static_cast<double>(depth.values[at]); meters > 0 && meters <= *max_depth_m)
+                    widths.push_back(meters / measured[i]->depth.intrinsics.fx);
+        }
+        const double voxel = widths.empty() ? 1 : std::clamp(2 * numerics::median(std::move(widths)), least_voxel_m, 1.0);
+        run.message(fmt::format("voxels of {:.2g} mm, two pixels of the depth pictures", 1000 * voxel));
+        run.report("voxel_m", voxel);
+        return voxel;
+    }
 
     std::vector<const Frame*> frames_with_depth() const
     {
@@ -147,7 +177,7 @@ class MeshFuse final : public Stage
     fuse::Volume fuse_frames(const std::vector<const Frame*>& measured, DepthPictures& depths, RunContext& run) const
     {
         using Places = std::vector<fuse::BlockPlace>;
-        const fuse::OpenedBlocks opened{*voxel_m, truncation(), limit_bytes() / fuse::Volume::bytes_per_block};
+        const fuse::OpenedBlocks opened{voxel_, truncation(), limit_bytes() / fuse::Volume::bytes_per_block};
         Places places;
         each_batch<Places>(
             measured, 0, run, [&](const Frame& frame) { return opened.near(view_of(frame, depths)); },
@@ -160,7 +190,7 @@ class MeshFuse final : public Stage
                         refuse_memory(fmt::format("with {} of {} frames, the volume needs", first + i + 1, measured.size()));
                 }
             });
-        fuse::Volume volume(*voxel_m, std::move(places));
+        fuse::Volume volume(voxel_, std::move(places));
         each_batch<fuse::DepthView>(
             measured, 1, run, [&](const Frame& frame) { return view_of(frame, depths); },
             [&](std::vector<fuse::DepthView>& views, std::size_t) { integrate(views, opened.reach_m, run, volume); });
@@ -174,7 +204,7 @@ class MeshFuse final : public Stage
             refuse_memory("volume and mesh need");
         Mesh made = surface.mesh(run);
         run.report("volume_bytes", volume.bytes());
-        run.report("components_removed", fuse::remove_small_components(*min_component_m2, made));
+        run.report("components_removed", fuse::remove_small_components(min_component(), made));
         if (made.triangles.empty())
             throw Error(
                 "the depth pictures show no surface of at least min_component_m2: all depth is 0 or beyond max_depth_m, or "
@@ -288,6 +318,8 @@ class MeshFuse final : public Stage
     void run(RunContext& run) override
     {
         run.report("fused", !given.has_value());
+        if (*voxel_m > 0 && *voxel_m < least_voxel_m)
+            throw Error(fmt::format("option \"voxel_m\" is {:g}; expected 0 or at least {:g}", *voxel_m, least_voxel_m));
         if (given.has_value())
             check_offset(*frames, *given);
         const std::vector<const Frame*> measured = frames_with_depth();
@@ -312,6 +344,7 @@ class MeshFuse final : public Stage
             mesh = std::move(passed);
             return;
         }
+        voxel_ = *voxel_m > 0 ? *voxel_m : voxel_by_pixels(measured, depths, run);
         Mesh made = extract(fuse_frames(measured, depths, run), run);
         color(made, measured, depths, run);
         made.offset_m = frames->offset_m;

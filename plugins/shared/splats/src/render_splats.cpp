@@ -22,7 +22,7 @@ constexpr int tile = 16;
 
 constexpr float least_alpha = 1.0F / 255;
 constexpr float most_alpha = 0.99F;
-/// What shows through less is not drawn.
+/// A tile with less transmittance than this is finished.
 constexpr float opaque = 1e-4F;
 /// Variance of the pixel's own filter.
 constexpr double pixel_variance = 0.3;
@@ -90,7 +90,7 @@ Footprint footprint(const InCamera& gaussian, float opacity, Vec3f color, const 
     return found;
 }
 
-/// Those that are in the picture, nearest first.
+/// The footprints in the picture, nearest first.
 std::vector<Footprint> footprints(const Splats& splats, const Camera& camera, double nearest_m, const Progress& progress)
 {
     const RigidTransform camera_from_world = camera.world_from_camera.inverse();

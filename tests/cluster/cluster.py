@@ -90,7 +90,7 @@ class Folder:
 
 
 def files_below(folder):
-    own = {"run.json", "report.html", "sweep.json", "sweep.html", ".fresco-outputs"}
+    own = {"run.json", "report.html", "progress.jsonl", "sweep.json", "sweep.html", ".fresco-outputs"}
     return {str(file.relative_to(folder)): file.read_bytes() for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in own}
 
 

@@ -12,6 +12,7 @@
 #include "run/stage_choice.h"
 #include "run/tasks.h"
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/wording.h>
 
@@ -24,6 +25,7 @@
 #include <fmt/format.h>
 #include <optional>
 #include <string_view>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace fresco::host
@@ -138,9 +140,15 @@ class ProgressFile
     /// Writes the last event.
     void end(const std::string& event)
     {
-        std::fputs(event.c_str(), file());
+        const fs::path path = folder_ / name;
+        struct stat own = {};
+        const bool written =
+            std::fputs(event.c_str(), file()) >= 0 && std::fflush(file()) == 0 && fstat(fileno(file()), &own) == 0;
         file_.reset();
-        OutputRecord(folder_).wrote({{name, file_hash(folder_ / name)}}, owner_);
+        const auto there = path_status(path);
+        // Another run into this folder may have replaced it, or a user removed it.
+        if (written && there && there->st_ino == own.st_ino)
+            attempt([&] { OutputRecord(folder_).wrote({{name, file_hash(path)}}, owner_); });
     }
 
   private:
@@ -340,7 +348,7 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
           "ran)");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
-    command->add_flag("--no-report", arguments->no_report, "Write no run.json and no report.html");
+    command->add_flag("--no-report", arguments->no_report, "Write no run.json, report.html or progress.jsonl");
     command->add_flag("--quiet", arguments->quiet, "Print only errors");
     command->add_flag("--json-log", arguments->json_log, "Print one JSON object per event to standard output");
     auto* task = command->add_option("--task", arguments->task, "Run only this task of 'fresco plan FILE --tasks'");

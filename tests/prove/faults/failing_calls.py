@@ -39,7 +39,7 @@ ERRORS = {
     "close": [errno.EIO, errno.EINTR],
 }
 KINDS = list(ERRORS)
-REPORTS = {"run.json", "report.html"}  # They tell times and places.
+REPORTS = {"run.json", "report.html", "progress.jsonl"}  # They tell times and places.
 
 
 class Site:

@@ -66,7 +66,7 @@ class Site:
     def files(self):
         """What the run made, but for the report, which shows times, and the record of what was written."""
         return {str(file.relative_to(self.out)): hashlib.sha256(file.read_bytes()).hexdigest()
-                for file in sorted(self.out.rglob("*")) if file.is_file() and file.name not in ("report.html", "run.json", ".fresco-outputs")}
+                for file in sorted(self.out.rglob("*")) if file.is_file() and file.name not in ("report.html", "run.json", "progress.jsonl", ".fresco-outputs")}
 
     def finish(self, expected):
         """Runs to the end and compares. Call it whenever a run came through."""

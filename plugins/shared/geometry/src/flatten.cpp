@@ -383,14 +383,14 @@ FlatCharts project_charts(const Surface& surface, const Partition& partition, co
 {
     Flattener flattener(surface, options, progress);
     flattener.lay(Flattener::pending_of(partition));
-    progress.progress(1, 3, "passes");
+    progress.progress(1, 3, "rounds");
     flattener.merge();
-    progress.progress(2, 3, "passes");
+    progress.progress(2, 3, "rounds");
     if (lay_flat)
         flattener.improve(lay_flat);
     if (options.charts.merge_limit_deg > options.charts.angle_limit_deg)
         flattener.place_crumbs();
-    progress.progress(3, 3, "passes");
+    progress.progress(3, 3, "rounds");
     return flattener.take();
 }
 

@@ -92,7 +92,8 @@ function distanceFinder(renderer, scene, camera, far) {
     };
 }
 
-/// The vertices, x, y, z, 0, u, v of 0..65535 each, and three of them per face, as sdk/docs/report.md describes `geometry`.
+/// The vertices, x, y, z, 0, u, v of 0..65535 each, and three of them per face, as sdk/docs/report.md describes `geometry`. A room may
+/// have `values` and `corners` instead.
 function unpacked(room) {
     const bytes = new Uint8Array(bytesOf(room.geometry));
     const values = new Uint16Array(6 * room.vertices), corners = new Uint32Array(3 * room.triangles);
@@ -123,7 +124,7 @@ function unpacked(room) {
 }
 
 async function meshOf(room, { mixture, relief }, anisotropy) {
-    const { values, corners } = unpacked(room);
+    const { values, corners } = room.values ? room : unpacked(room);
     const buffer = new THREE.InterleavedBuffer(values, 6);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(buffer, 3, 0, true));
@@ -189,7 +190,7 @@ const hints = {
     orbit: ["Drag: turn · right button: move · wheel: zoom", "One finger: turn · two fingers: move, zoom"],
 };
 
-/// Fills the box. Gives {walk, orbit, light, standAt, mix, position}, and for a headset {renderer, scene, ground, worldOf, here, resize}: walk() begins where the recorder stood, or else in the widest place; standAt
+/// Fills the box. Gives {walk, orbit, light, standAt, mix, position}, pose, draw and dispose for pages that show one room after the other, and for a headset {renderer, scene, ground, worldOf, here, resize}: walk() begins where the recorder stood, or else in the widest place; standAt
 /// begins at a pose. Both stay inside. light() lets the pointer move the lamp, or no longer; it is missing without a relief. `mixture`: what texture.mix shows; `relief`: what
 /// texture.relief shows, but not together with a mixture; `cameras`: where the recorder stood, {position, forward, up, looking};
 /// `up`: what a stage found. Each of them may be missing.
@@ -341,5 +342,15 @@ async function showRoom(place, room, { mixture, relief, cameras, up } = {}) {
         const [east, north] = ground.axes.map(axis => camera.position.dot(axis));
         return { east, north, yaw };
     };
-    return { walk, orbit, light, standAt, mix, position: () => camera.position.toArray(), renderer, scene, ground, worldOf, here, resize };
+    const pose = () => ({ position: camera.position.toArray(), forward: camera.getWorldDirection(new THREE.Vector3()).toArray() });
+    const dispose = () => {
+        window.removeEventListener("resize", resize);
+        controls.dispose();
+        packed.mesh.geometry.dispose();
+        renderer.forceContextLoss();
+        renderer.dispose();
+        canvas.remove();
+        hint.remove();
+    };
+    return { walk, orbit, light, standAt, mix, draw, pose, dispose, position: () => camera.position.toArray(), renderer, scene, ground, worldOf, here, resize };
 }

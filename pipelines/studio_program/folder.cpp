@@ -1,0 +1,271 @@
+#include "folder.h"
+
+#include <fresco/error.h>
+#include <fresco/wording.h>
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+#include <fnmatch.h>
+#include <fstream>
+#include <set>
+
+namespace fresco::studio
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+constexpr int deepest = 3;
+constexpr std::size_t most_entries = 20'000;
+const std::set<std::string> picture_extensions{".jpg", ".jpeg", ".png", ".webp", ".avif", ".heic", ".bmp"};
+const std::set<std::string> model_extensions{".glb", ".gltf", ".obj", ".ply"};
+
+/// Names in a folder, without hidden ones, sorted; `budget` falls by their number.
+std::vector<fs::path> entries_of(const fs::path& folder, std::size_t& budget)
+{
+    std::vector<fs::path> found;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error); !error && budget > 0 && entry != fs::directory_iterator();
+         entry.increment(error))
+    {
+        --budget;
+        if (!entry->path().filename().string().starts_with('.'))
+            found.push_back(entry->path());
+    }
+    std::ranges::sort(found);
+    return found;
+}
+
+/// Whether the folder has what `pattern` names: steps with '*' and '?'.
+bool has(const fs::path& folder, const std::string& pattern, std::size_t& budget)
+{
+    const std::size_t end = pattern.find('/');
+    const std::string step = pattern.substr(0, end);
+    std::error_code error;
+    std::vector<fs::path> matching;
+    if (step.find_first_of("*?") == std::string::npos)
+    {
+        if (fs::exists(folder / step, error))
+            matching.push_back(folder / step);
+    }
+    else
+        for (const fs::path& entry : entries_of(folder, budget))
+            if (fnmatch(step.c_str(), entry.filename().c_str(), 0) == 0)
+                matching.push_back(entry);
+    return end == std::string::npos ? !matching.empty()
+                                    : std::ranges::any_of(matching, [&](const fs::path& entry)
+                                                          { return has(entry, pattern.substr(end + 1), budget); });
+}
+
+bool fits(const fs::path& folder, const Layout& layout, std::size_t& budget)
+{
+    return !layout.contains.empty() &&
+           std::ranges::all_of(layout.contains,
+                               [&](std::string alternatives)
+                               {
+                                   for (std::size_t end = 0; end != std::string::npos;)
+                                   {
+                                       end = alternatives.find('|');
+                                       if (has(folder, alternatives.substr(0, end), budget))
+                                           return true;
+                                       alternatives.erase(0, end == std::string::npos ? end : end + 1);
+                                   }
+                                   return false;
+                               });
+}
+
+/// A color picture of a recording that browsers show.
+std::string thumbnail_of(const fs::path& recording, const fs::path& folder, int depth)
+{
+    std::size_t budget = 2000;
+    std::vector<fs::path> folders;
+    for (const fs::path& entry : entries_of(recording, budget))
+    {
+        const std::string name = lower_case(entry.filename().string());
+        const std::string extension = lower_extension(entry);
+        std::error_code error;
+        if (fs::is_directory(entry, error))
+            folders.push_back(entry);
+        else if ((extension == ".jpg" || extension == ".jpeg" || extension == ".png") &&
+                 name.find("depth") == std::string::npos && name.find("mask") == std::string::npos &&
+                 name.find("conf") == std::string::npos)
+            return entry.lexically_relative(folder).string();
+    }
+    std::ranges::stable_sort(folders, {},
+                             [](const fs::path& entry)
+                             {
+                                 const std::string name = lower_case(entry.filename().string());
+                                 return name.find("depth") != std::string::npos || name.find("conf") != std::string::npos ? 1 : 0;
+                             });
+    for (const fs::path& inner : folders)
+        if (depth > 0)
+            if (std::string found = thumbnail_of(inner, folder, depth - 1); !found.empty())
+                return found;
+    return {};
+}
+
+class Search
+{
+  public:
+    Search(const fs::path& folder, const std::vector<Layout>& layouts) : folder_(folder), layouts_(layouts) {}
+
+    Contents found()
+    {
+        look_at(folder_, 0);
+        contents.complete = budget_ > 0;
+        return std::move(contents);
+    }
+
+  private:
+    std::string name_of(const fs::path& path) const { return path.lexically_relative(folder_).string(); }
+
+    void look_at(const fs::path& folder, int depth)
+    {
+        std::error_code error;
+        if (fs::exists(folder / "progress.jsonl", error) || fs::exists(folder / "run.json", error))
+        {
+            if (fs::exists(folder / "progress.jsonl", error))
+                contents.runs.push_back(name_of(folder));
+            if (depth > 0)
+                return;  // Results are not scans.
+        }
+        const auto layout = std::ranges::find_if(layouts_, [&](const Layout& each) { return fits(folder, each, budget_); });
+        if (layout != layouts_.end())
+        {
+            contents.scans.push_back({name_of(folder), ScanKind::recording, layout->type, thumbnail_of(folder, folder_, 3)});
+            if (depth > 0)
+                return;
+        }
+        std::vector<fs::path> folders;
+        for (const fs::path& entry : entries_of(folder, budget_))
+        {
+            if (fs::is_directory(entry, error))
+                folders.push_back(entry);
+            else if (is_picture(entry) && layout == layouts_.end())
+                contents.pictures.push_back(name_of(entry));
+            else if (const std::string extension = lower_extension(entry); is_model(entry) && layout == layouts_.end())
+                contents.scans.push_back({name_of(entry), ScanKind::model, {}, {}});
+            else
+                for (const Layout& each : layouts_)
+                    if (extension != ".json" && std::ranges::find(each.extensions, extension) != each.extensions.end())
+                        contents.scans.push_back({name_of(entry), ScanKind::recording, each.type, {}});
+        }
+        if (depth < deepest && layout == layouts_.end())
+            for (const fs::path& inner : folders)
+                look_at(inner, depth + 1);
+    }
+
+    const fs::path& folder_;
+    const std::vector<Layout>& layouts_;
+    std::size_t budget_ = most_entries;
+    Contents contents;
+};
+
+/// Whether the file begins as files of this extension do; those of text formats have no zero byte near their beginning.
+bool looks_like(const fs::path& file, const std::string& extension)
+{
+    std::array<char, 512> bytes{};
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(bytes.data(), bytes.size());
+    const std::string_view begin(bytes.data(), static_cast<std::size_t>(stream.gcount()));
+    if (extension == ".jpg" || extension == ".jpeg")
+        return begin.starts_with("\xff\xd8\xff");
+    if (extension == ".png")
+        return begin.starts_with("\x89PNG\r\n\x1a\n");
+    if (extension == ".webp")
+        return begin.starts_with("RIFF") && begin.substr(8).starts_with("WEBP");
+    if (extension == ".heic" || extension == ".avif")
+        return begin.size() > 12 && begin.substr(4).starts_with("ftyp");
+    if (extension == ".bmp")
+        return begin.starts_with("BM");
+    if (extension == ".glb")
+        return begin.starts_with("glTF");
+    if (extension == ".ply")
+        return begin.starts_with("ply");
+    return !begin.empty() && begin.find('\0') == std::string_view::npos;
+}
+}  // namespace
+
+std::optional<fs::path> below(const fs::path& base, std::string_view name)
+{
+    if (name == ".")
+        return base;
+    const fs::path relative(name);
+    if (name.empty() || name.find('\0') != std::string_view::npos || relative.is_absolute())
+        return std::nullopt;
+    for (const fs::path& step : relative)
+        if (step.empty() || step.string().starts_with('.'))
+            return std::nullopt;
+    std::error_code error;
+    const fs::path found = fs::canonical(base / relative, error);
+    if (error)
+        return std::nullopt;
+    const auto [base_end, unused] = std::ranges::mismatch(base, found);
+    return base_end == base.end() ? std::optional(found) : std::nullopt;
+}
+
+bool is_picture(const fs::path& file)
+{
+    return picture_extensions.contains(lower_extension(file));
+}
+
+bool is_model(const fs::path& file)
+{
+    return model_extensions.contains(lower_extension(file));
+}
+
+Contents contents_of(const fs::path& folder, const std::vector<Layout>& layouts)
+{
+    return Search(folder, layouts).found();
+}
+
+std::string take_in(const fs::path& upload, const fs::path& folder, const std::string& wanted)
+{
+    const std::string extension = lower_extension(wanted);
+    if (!is_picture(wanted) && !is_model(wanted))
+        throw Error(wanted + ": expected a model (" + join({model_extensions.begin(), model_extensions.end()}) +
+                    ") or a picture (" + join({picture_extensions.begin(), picture_extensions.end()}) +
+                    "); recordings are folders below this one");
+    if (extension == ".gltf" || extension == ".obj")
+        throw Error(wanted + ": its pictures are files of their own: put all of them into " + folder.string() +
+                    ", or save it as GLB");
+    if (!looks_like(upload, extension))
+        throw Error(wanted + ": not a " + extension.substr(1) + " file, whatever its name says");
+    std::string stem;
+    for (const char c : fs::path(wanted).stem().string())
+        stem += static_cast<unsigned char>(c) < 0x20 || c == '/' || c == 0x7F ? '_' : c;
+    while (stem.starts_with('.'))
+        stem.erase(0, 1);
+    stem.resize(std::min<std::size_t>(stem.size(), 100));
+    if (stem.empty())
+        stem = "added";
+    for (int count = 1; count < 10'000; ++count)
+    {
+        const std::string name = stem + (count > 1 ? fmt::format("_{}", count) : "") + extension;
+        std::error_code error;
+        // A link and not a rename: it never replaces a file.
+        fs::create_hard_link(upload, folder / name, error);
+        if (!error)
+            return name;
+        if (error != std::errc::file_exists)
+            throw Error(name + ": cannot be written: " + error.message());
+    }
+    throw Error(wanted + ": too many files of this name");
+}
+
+Value as_value(const Contents& contents)
+{
+    Value::List scans;
+    for (const Scan& scan : contents.scans)
+        scans.push_back(Value::Map{{"name", scan.name},
+                                   {"kind", scan.kind == ScanKind::model ? "model" : "recording"},
+                                   {"layout", scan.layout},
+                                   {"thumbnail", scan.thumbnail}});
+    return Value::Map{{"scans", std::move(scans)},
+                      {"pictures", Value::List(contents.pictures.begin(), contents.pictures.end())},
+                      {"runs", Value::List(contents.runs.begin(), contents.runs.end())},
+                      {"complete", contents.complete}};
+}
+
+}  // namespace fresco::studio

@@ -1,0 +1,417 @@
+#include "folder.h"
+#include "http.h"
+#include "runs.h"
+
+#include <page_parts.h>
+
+#include <fresco/error.h>
+#include <fresco/file_access.h>
+#include <fresco/files_io.h>
+#include <fresco/page/page.h>
+#include <fresco/process.h>
+#include <fresco/wording.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <thread>
+#include <unistd.h>
+
+/// \file The program fresco-studio, which `fresco studio` runs: shows scans, paints them by `fresco run` and shows the results,
+/// in a page at 127.0.0.1.
+
+using namespace fresco;
+using namespace fresco::studio;
+
+namespace
+{
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t megabyte = std::uint64_t{1} << 20U;
+constexpr std::uint64_t most_model_bytes = 512 * megabyte;
+constexpr std::uint64_t most_picture_bytes = 64 * megabyte;
+constexpr const char* shipped = "shipped/";
+
+class Studio
+{
+  public:
+    Studio(const fs::path& program, fs::path folder)
+        : folder_(std::move(folder)), pictures_(program.parent_path().parent_path() / "share/fresco/pipelines/pictures"),
+          runs_(program, folder_ / ".fresco-studio")
+    {
+        std::error_code error;
+        pictures_ = fs::canonical(pictures_, error);
+        declarations_ = Value::Map{};
+        for (const char* type : {"texture.synthesize", "atlas.project", "texture.relief", "texture.mix"})
+            declarations_.set(type, parse_json(runs_.answer_of({"describe", type, "--json"}), type));
+        const Value types = parse_json(runs_.answer_of({"stages", "--json"}), "stages");
+        for (const Value& type : types.at("types").as_list())
+            if (type.at("kind").as_string() == "layout")
+                add_layout(type.at("type").as_string());
+    }
+
+    BodyRule body_rule(const Request& request) const
+    {
+        if (request.method == "PUT" && request.path == "add")
+            return {is_picture(name_in(request)) ? most_picture_bytes : most_model_bytes, folder_ / ".fresco-studio"};
+        return {request.path == "api/thumbnail" ? megabyte : megabyte / 16, {}};
+    }
+
+    Response answer(const Request& request)
+    {
+        if (request.method == "GET")
+            return shown(request);
+        if (request.method == "PUT" && request.path == "add")
+            return json(Value::Map{{"name", take_in(request.upload, folder_, name_in(request))}});
+        if (request.method == "PUT" && request.path == "api/thumbnail")
+            return set_thumbnail(request);
+        if (request.method != "POST")
+            return refusal(405, "not a request that the studio knows");
+        return done(request.path, parse_json(request.body.empty() ? "{}" : request.body, "request"));
+    }
+
+  private:
+    static Response json(const Value& value) { return {.body = to_json(value)}; }
+    static Response started(const Started& run) { return json(Value::Map{{"id", run.id}, {"serial", run.serial}}); }
+
+    static std::string name_in(const Request& request)
+    {
+        const auto name = request.query.find("name");
+        return name == request.query.end() ? "" : fs::path(name->second).filename().string();
+    }
+
+    void add_layout(const std::string& type)
+    {
+        const Value described = parse_json(runs_.answer_of({"describe", type, "--json"}), type);
+        const Value* marks = described.at("declaration").find("marks");
+        if (marks == nullptr)
+            return;
+        Layout layout{.type = type};
+        for (const Value& mark : marks->at("contains").as_list())
+            layout.contains.push_back(mark.as_string());
+        for (const Value& format : marks->at("formats").as_list())
+            for (const Value& extension : format.at("extensions").as_list())
+                layout.extensions.push_back(extension.as_string());
+        const Value::List& before = marks->at("before").as_list();
+        layouts_.insert(before.empty() ? layouts_.end() : layouts_.begin(), std::move(layout));
+    }
+
+    Response page_part(const std::string& path) const
+    {
+        if (path.empty())
+            return {.type = "text/html; charset=utf-8", .body = page_html};
+        if (path == "icon.svg")
+            return {.type = "image/svg+xml", .body = page_icon};
+        if (path == "studio.css")
+            return {.type = "text/css", .body = std::string(page::room_scripts().css) + page_css};
+        if (path == "studio.js")
+            return {.type = "text/javascript", .body = "\"use strict\";\n" + std::string(page::room_scripts().js) + page_js};
+        return {.type = "text/javascript", .body = std::string(page::room_scripts().library)};
+    }
+
+    Response shown(const Request& request)
+    {
+        const std::string& path = request.path;
+        if (path.empty() || path == "icon.svg" || path == "studio.css" || path == "studio.js" || path == "three.js")
+            return page_part(path);
+        if (path == "api/folder")
+        {
+            Value value = as_value(contents_of(folder_, layouts_));
+            value.set("shipped", shipped_pictures());
+            value.set("folder", folder_.string());
+            return json(value);
+        }
+        if (path == "api/declarations")
+            return json(declarations_);
+        if (path == "api/state")
+            return json(state());
+        if (path == "api/pipeline")
+            return as_pipeline(request);
+        if (path.starts_with("picture/"))
+            return file_response(picture(path.substr(8)), {".jpg", ".jpeg", ".png", ".webp", ".avif", ".bmp"}, request);
+        if (path.starts_with("painting/"))
+            return painting_file(path.substr(9), request);
+        if (path.starts_with("run/"))
+            return file_response(below(folder_, path.substr(4)), {".jsonl", ".png", ".jpg", ".glb"}, request);
+        return refusal(404, "there is nothing at this address");
+    }
+
+    Response done(const std::string& path, const Value& body)
+    {
+        const JsonPlace place(body, "request");
+        if (path == "api/paint")
+        {
+            place.has_only({"scan", "picture", "settings", "care"});
+            const std::string care = place["care"].text();
+            Value asked = body;
+            return started(runs_.paint(request_of(asked), asked,
+                                       care == "full"    ? Care::full
+                                       : care == "quick" ? Care::quick
+                                                         : Care::preview));
+        }
+        if (path == "api/take")
+        {
+            const std::string id = place["id"].text();
+            const auto painting = runs_.find(id);
+            if (!painting)
+                throw Error(id + ": no such painting");
+            return started(runs_.take(id, request_of(painting->request), place["kind"].text()));
+        }
+        if (path == "api/cancel")
+            runs_.cancel();
+        else if (path == "api/delete")
+            runs_.remove(place["id"].text());
+        else
+            return refusal(404, "there is nothing at this address");
+        return json(Value::Map{});
+    }
+
+    Value state() const
+    {
+        Value::List paintings;
+        for (const Painting& painting : runs_.paintings())
+            paintings.push_back(Value::Map{{"id", painting.id},
+                                           {"state", painting.state},
+                                           {"request", painting.request},
+                                           {"thumbnail", painting.has_thumbnail}});
+        return Value::Map{{"running", runs_.running()}, {"paintings", std::move(paintings)}};
+    }
+
+    Value shipped_pictures() const
+    {
+        std::vector<std::string> names;
+        std::error_code error;
+        for (fs::directory_iterator entry(pictures_, error); !error && entry != fs::directory_iterator(); entry.increment(error))
+            if (is_picture(entry->path()))
+                names.push_back(shipped + entry->path().filename().string());
+        std::ranges::sort(names);
+        return Value::List(names.begin(), names.end());
+    }
+
+    std::optional<fs::path> picture(const std::string& name) const
+    {
+        if (name.starts_with(shipped))
+            return below(pictures_, name.substr(std::string_view(shipped).size()));
+        return below(folder_, name);
+    }
+
+    /// Throws Error naming what is not there.
+    PaintingRequest request_of(const Value& asked) const
+    {
+        const JsonPlace place(asked, "request");
+        const auto existing = [](const std::optional<fs::path>& path, const std::string& name)
+        {
+            if (!path)
+                throw Error(name + ": not in the folder any more");
+            return *path;
+        };
+        PaintingRequest request;
+        const std::string scan = place["scan"].text();
+        request.scan = existing(below(folder_, scan), scan);
+        request.is_model = is_model(request.scan);
+        request.picture = existing(picture(place["picture"].text()), place["picture"].text());
+        request.settings = place["settings"].value();
+        if (const Value* walls = request.settings.find("walls"))
+            request.settings.set("walls", existing(picture(walls->as_string()), walls->as_string()).string());
+        return request;
+    }
+
+    Response as_pipeline(const Request& request) const
+    {
+        const std::string id = request.query.contains("id") ? request.query.at("id") : "";
+        const auto painting = runs_.find(id);
+        if (!painting)
+            return refusal(404, "no such painting");
+        return json(Value::Map{{"text", read_text_file(runs_.folder_of(id) / "painting.yaml")},
+                               {"command", runs_.command_line(id, request_of(painting->request))},
+                               {"folder", runs_.folder_of(id).string()}});
+    }
+
+    Response painting_file(const std::string& path, const Request& request) const
+    {
+        const std::size_t slash = std::min(path.find('/'), path.size());
+        std::error_code error;
+        const fs::path folder = fs::canonical(runs_.folder_of(path.substr(0, slash)), error);
+        if (error || slash + 1 >= path.size())
+            return refusal(404, "no such painting");
+        return file_response(below(folder, path.substr(slash + 1)),
+                             {".jsonl", ".jpg", ".png", ".glb", ".usdz", ".obj", ".mtl", ".ply", ".html", ".mp4"}, request);
+    }
+
+    static Response file_response(const std::optional<fs::path>& file, std::initializer_list<std::string_view> extensions,
+                                  const Request& request)
+    {
+        static const std::map<std::string, std::string> types{{".jpg", "image/jpeg"},
+                                                              {".jpeg", "image/jpeg"},
+                                                              {".png", "image/png"},
+                                                              {".webp", "image/webp"},
+                                                              {".avif", "image/avif"},
+                                                              {".bmp", "image/bmp"},
+                                                              {".jsonl", "text/plain; charset=utf-8"}};
+        const std::string extension = file ? lower_extension(*file) : "";
+        if (!file || !fs::is_regular_file(*file) || std::ranges::find(extensions, extension) == extensions.end())
+            return refusal(404, "no such file");
+        const auto type = types.find(extension);
+        Response response{.type = type == types.end() ? "application/octet-stream" : type->second, .file = *file};
+        if (const auto from = request.query.find("from"); from != request.query.end())
+        {
+            // A page asks for the rest of a log that it has read up to there.
+            response.body = read_text_file(*file);
+            response.body.erase(0, std::strtoull(from->second.c_str(), nullptr, 10));
+            response.file.clear();
+        }
+        // Never shown as a page of this address, whatever it holds.
+        if (type == types.end())
+            response.download = file->filename();
+        return response;
+    }
+
+    Response set_thumbnail(const Request& request)
+    {
+        const std::string id = request.query.contains("id") ? request.query.at("id") : "";
+        if (!request.body.starts_with("\xff\xd8\xff") || !runs_.find(id))
+            return refusal(400, "expected a JPEG of a painting");
+        write_durable_file(runs_.folder_of(id) / "thumb.jpg", std::string_view(request.body));
+        return json(Value::Map{});
+    }
+
+    fs::path folder_;
+    fs::path pictures_;
+    Runs runs_;
+    Value declarations_;
+    std::vector<Layout> layouts_;
+};
+
+struct Arguments
+{
+    std::string folder = ".";
+    std::string host = "127.0.0.1";
+    int port = 0;
+    bool no_browser = false;
+};
+
+/// One studio per folder: a second would paint over the first one's paintings.
+FileDescriptor locked(const fs::path& studio)
+{
+    fs::create_directories(studio);
+    FileDescriptor file(open((studio / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    if (!file.valid() || flock(file.get(), LOCK_EX | LOCK_NB) != 0)
+        throw Error(studio.parent_path().string() + ": cannot be locked; is another fresco studio open in this folder?");
+    // A killed studio leaves its uploads behind.
+    std::error_code error;
+    for (const fs::directory_entry& entry : fs::directory_iterator(studio, error))
+        if (entry.path().filename().string().starts_with(".upload-"))
+            fs::remove(entry.path(), error);
+    return file;
+}
+
+void open_browser(const std::string& address)
+{
+    const bool display = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+    const std::string opener = display ? find_program("xdg-open") : "";
+    if (opener.empty())
+        return;
+    if (fork() == 0)
+    {
+        sigset_t none;
+        sigemptyset(&none);
+        sigprocmask(SIG_SETMASK, &none, nullptr);
+        setsid();
+        execl(opener.c_str(), "xdg-open", address.c_str(), nullptr);
+        _exit(1);
+    }
+}
+
+int serve(const Arguments& arguments)
+{
+    std::error_code error;
+    const fs::path folder = fs::canonical(arguments.folder, error);
+    if (error || !fs::is_directory(folder))
+        throw MissingInput(arguments.folder + ": no such folder");
+    const FileDescriptor lock = locked(folder / ".fresco-studio");
+    const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "fresco";
+    sigset_t ends;
+    sigemptyset(&ends);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP})
+        sigaddset(&ends, number);
+    pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+    Studio studio(program, folder);
+    Server server({.host = arguments.host,
+                   .port = static_cast<std::uint16_t>(arguments.port),
+                   .token = random_token(),
+                   .body_rule = [&](const Request& request) { return studio.body_rule(request); },
+                   .handler = [&](const Request& request) { return studio.answer(request); }});
+    if (arguments.host != "127.0.0.1" && arguments.host != "::1")
+        fmt::print(stderr,
+                   "warning: others can reach {}: whoever has the address below can paint here and read the models and pictures "
+                   "of {}. It is not encrypted; prefer ssh -L {}:127.0.0.1:{}\n",
+                   arguments.host, folder.string(), server.port(), server.port());
+    fmt::print("{}\n", server.address());
+    std::fflush(stdout);
+    if (!arguments.no_browser)
+        open_browser(server.address());
+    std::thread(
+        [&]
+        {
+            int number = 0;
+            sigwait(&ends, &number);
+            server.stop();
+        })
+        .detach();
+    server.serve();
+    return 0;
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    std::signal(SIGPIPE, SIG_IGN);
+    CLI::App app("Paint scans in a page in the browser: choose, preview, paint, go back, take along", "fresco studio");
+    Arguments arguments;
+    app.add_option("folder", arguments.folder, "Folder with scans, models and pictures, or of a run to watch")
+        ->capture_default_str();
+    app.add_option("--port", arguments.port, "Port of the page; 0: any that is free")
+        ->check(CLI::Range(0, 65535))
+        ->capture_default_str();
+    app.add_option("--host", arguments.host,
+                   "Address of this machine to serve at; any but 127.0.0.1 lets others in who have the page's address")
+        ->capture_default_str();
+    app.add_flag("--no-browser", arguments.no_browser, "Only print the address");
+    app.set_help_all_flag("--help-all", "Print the help of all commands");
+    if (argc > 1 && std::string_view(argv[1]) == "internal-complete")
+    {
+        const std::string_view last = argv[argc - 1];
+        for (const char* word : {"--host", "--no-browser", "--port"})
+            if (last.starts_with('-') && std::string_view(word).starts_with(last))
+                fmt::print("{}\n", word);
+        if (!last.starts_with('-'))
+            fmt::print(":files\n");
+        return 0;
+    }
+    try
+    {
+        app.parse(argc, argv);
+        return serve(arguments);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        constexpr int exit_usage = 2;
+        return app.exit(error) == 0 ? 0 : exit_usage;
+    }
+    catch (const MissingInput& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return 3;
+    }
+    catch (const std::exception& error)
+    {
+        fmt::print(stderr, "error: {}\n", error.what());
+        return 1;
+    }
+}

@@ -1,0 +1,71 @@
+// What there is to choose from: scans, pictures, runs elsewhere, and the paintings made here. Names come from files: they are set as text only.
+
+const addressOf = name => name.split("/").map(encodeURIComponent).join("/");
+const shortName = name => name.split("/").at(-1).replace(/\.[^.]+$/, "").replaceAll("_", " ");
+
+function replaceKeepingFocus(place, children) {
+    const focused = place.contains(document.activeElement) ? document.activeElement.dataset.name : null;
+    place.replaceChildren(...children);
+    if (focused)
+        [...place.querySelectorAll("button")].find(button => button.dataset.name === focused)?.focus();
+}
+
+function choice(name, chosen, choose, ...children) {
+    const button = element("button", { title: name }, ...children);
+    button.dataset.name = name;
+    button.setAttribute("aria-pressed", name === chosen);
+    button.addEventListener("click", () => choose(name));
+    return button;
+}
+
+function showScans(place, scans, chosen, choose) {
+    replaceKeepingFocus(place, scans.length ? scans.map(({ name, kind, layout, thumbnail }) => {
+        const picture = thumbnail ? element("img", { src: `picture/${addressOf(thumbnail)}`, alt: "", loading: "lazy" })
+            : element("span", { className: "shape", textContent: kind === "model" ? name.split(".").at(-1).toUpperCase() : "scan" });
+        const words = element("span", {}, element("strong", { textContent: name === "." ? "this folder" : name }),
+            element("small", { textContent: kind === "model" ? "model" : layout.replace("layout.", "").replaceAll("_", " ") }));
+        return choice(name, chosen, choose, picture, words);
+    }) : [element("p", { className: "faint", textContent: "No recording and no model in this folder yet. Drop a GLB or PLY here, or start fresco studio in the folder with your scans." })]);
+}
+
+function showPictures(place, pictures, chosen, choose) {
+    replaceKeepingFocus(place, pictures.map(name => /\.hei[cf]$/i.test(name)
+        ? choice(name, chosen, choose, shortName(name))
+        : choice(name, chosen, choose, element("img", { src: `picture/${addressOf(name)}`, alt: shortName(name), loading: "lazy" }))));
+}
+
+function showRuns(place, runs, chosen, choose) {
+    replaceKeepingFocus(place, runs.map(name => choice(name, chosen, choose, element("span", { className: "shape", textContent: "run" }),
+        element("span", {}, element("strong", { textContent: name === "." ? "this folder" : name }), element("small", { textContent: "watch" })))));
+}
+
+/// `act`: {open(painting), remove(painting)}.
+function showHistory(place, paintings, chosen, versions, act) {
+    const items = paintings.map(painting => {
+        const { id, state, request, thumbnail } = painting;
+        const picture = thumbnail ? element("img", { src: `painting/${id}/thumb.jpg?${versions.get(id) ?? ""}`, alt: "" })
+            : element("span", { className: "shape", textContent: state === "running" ? "painting…" : state });
+        const button = choice(id, chosen, () => act.open(painting), picture, element("small", { textContent: `${Number(id)} · ${shortName(request.picture)}` }));
+        button.title = [`Painting ${Number(id)}: ${request.scan} after ${shortName(request.picture)}`, ...Object.entries(request.settings).map(([name, value]) => `${name}: ${value}`)].join("\n");
+        const remove = element("button", { className: "remove", textContent: "Delete", title: "Delete this painting (Delete)" });
+        const sure = () => {
+            if (remove.classList.contains("sure"))
+                act.remove(painting);
+            remove.classList.add("sure");
+            remove.textContent = "Really?";
+        };
+        remove.addEventListener("click", sure);
+        remove.addEventListener("blur", () => {
+            remove.classList.remove("sure");
+            remove.textContent = "Delete";
+        });
+        button.addEventListener("keydown", event => {
+            if (event.key === "Delete") {
+                remove.focus();
+                sure();
+            }
+        });
+        return element("div", { className: "painting" }, button, remove);
+    });
+    replaceKeepingFocus(place, items.length ? items : [element("p", { textContent: "Paintings appear here." })]);
+}

@@ -1,0 +1,130 @@
+// Controls made of what the plugins declare: range, default, help. The few that matter come first.
+
+/// Settings by name: the type whose option it is, and what people call it; `to`: where the slider ends if the range goes far beyond.
+const few = [
+    ["texture.stroke_cm", "texture.synthesize", "Stroke width, cm", { to: 20, step: 0.5 }],
+    ["texture.painterly", "texture.synthesize", "Painterly"],
+    ["texture.detail", "texture.synthesize", "Detail"],
+    ["strength.color", "texture.mix", "Strength of color"],
+    ["strength.strokes", "texture.mix", "Strength of strokes"],
+    ["keep", null, "Keep as photographed"],
+    ["walls", null, "Picture for walls"],
+    ["atlas.size_px", "atlas.project", "Size of the texture, px", { choices: [1024, 2048, 4096, 8192] }],
+    ["relief.height_mm", "texture.relief", "Relief, mm", { off: true, to: 10, step: 0.5 }],
+];
+const rest = ["direction", "recolor", "levels_count", "rounds_count", "seed"].map(name => [`texture.${name}`, "texture.synthesize", name.replace("_count", "").replace(/^./, first => first.toUpperCase())]);
+const regions = ["floor", "walls", "ceiling", "furniture"];
+
+const element = (name, properties = {}, ...children) => {
+    const made = Object.assign(document.createElement(name), properties);
+    made.append(...children);
+    return made;
+};
+
+class Settings {
+    /// `declarations`: of `fresco describe TYPE --json`, by type. `changed()` is called after each change by the user.
+    constructor(declarations, changed) {
+        this.values = {};
+        this.rows = new Map();
+        this.changed = changed;
+        for (const [list, place] of [[few, "settings"], [rest, "more_settings"]])
+            for (const [name, type, label, more = {}] of list) {
+                const option = type && declarations[type].declaration.options.find(each => each.name === name.split(".")[1]);
+                const row = name === "keep" ? this.keeping(label) : name === "walls" ? this.walls(label) : this.row(name, label, option, more);
+                this.rows.set(name, row);
+                document.getElementById(place).append(row.box);
+            }
+        this.show({});
+    }
+
+    set(name, value) {
+        if (value === undefined)
+            delete this.values[name];
+        else
+            this.values[name] = value;
+        this.show(this.values);
+        this.changed();
+    }
+
+    /// Shows other values; what is not among them has its default.
+    show(values) {
+        this.values = { ...values };
+        for (const [name, row] of this.rows) {
+            row.show(this.values[name]);
+            row.box.classList.toggle("changed", this.values[name] !== undefined);
+            row.box.querySelector(".error")?.remove();
+        }
+    }
+
+    /// Shows an error at the setting that it names; false: it names none.
+    complain(text) {
+        const name = [...this.rows.keys()].filter(each => this.values[each] !== undefined && text.includes(each.split(".").at(-1))).at(0);
+        if (name)
+            this.rows.get(name).box.append(element("p", { className: "error", textContent: text }));
+        return Boolean(name);
+    }
+
+    box(name, label, help, ...controls) {
+        const id = `set-${name.replace(".", "-")}`;
+        const caption = element("label", { htmlFor: id, textContent: label });
+        const box = element("div", { className: "setting", title: help ? `${name}: ${help}` : name }, caption, ...controls);
+        controls.at(-1).id = id;
+        return box;
+    }
+
+    row(name, label, option, { to, step, choices, off }) {
+        const value = text => Number(text) === option.default && !off ? undefined : Number(text);
+        if (option.kind === "bool") {
+            const input = element("input", { type: "checkbox" });
+            input.addEventListener("change", () => this.set(name, input.checked === option.default ? undefined : input.checked));
+            return { box: this.box(name, label, option.help, input), show: given => { input.checked = given ?? option.default; } };
+        }
+        if (option.choices || choices) {
+            const select = element("select", {}, ...(option.choices ?? choices).map(each => element("option", { value: each, textContent: each })));
+            select.addEventListener("change", () => this.set(name, option.choices ? (select.value === option.default ? undefined : select.value) : value(select.value)));
+            return { box: this.box(name, label, option.help, select), show: given => { select.value = given ?? option.default; } };
+        }
+        const number = element("input", { type: "number", min: option.min, max: option.max, step: option.kind === "int" ? 1 : "any" });
+        number.addEventListener("change", () => number.value !== "" && this.set(name, value(number.value)));
+        const box = this.box(name, label, option.help, number);
+        let range = null;
+        if (to || option.max <= 100) {
+            range = element("input", { type: "range", min: off ? 0 : option.min, max: to ?? option.max, step: step ?? (option.kind === "int" ? 1 : 0.01), ariaLabel: label });
+            range.addEventListener("input", () => { number.value = Number(range.value) || !off ? range.value : ""; });
+            range.addEventListener("change", () => this.set(name, off && Number(range.value) === 0 ? undefined : value(range.value)));
+            box.append(range);
+        }
+        if (off || (option.default === 0 && to))
+            number.placeholder = off ? "none" : "auto";
+        return {
+            box, show: given => {
+                const empty = given === undefined && number.placeholder;
+                number.value = empty ? "" : given ?? option.default;
+                if (range)
+                    range.value = given ?? (off ? 0 : option.default);
+            },
+        };
+    }
+
+    keeping(label) {
+        const boxes = regions.map(region => element("input", { type: "checkbox", value: region }));
+        const choices = element("div", { className: "choices" }, ...boxes.map(box => element("label", {}, box, box.value)));
+        for (const box of boxes)
+            box.addEventListener("change", () => {
+                const kept = boxes.filter(each => each.checked).map(each => each.value);
+                this.set("keep", kept.length ? kept : undefined);
+            });
+        return { box: this.box("keep", label, "Regions that stay as the camera saw them (texture.regions)", choices), show: given => boxes.forEach(box => { box.checked = given?.includes(box.value) ?? false; }) };
+    }
+
+    walls(label) {
+        this.wall_pictures = element("select", {}, element("option", { value: "", textContent: "same picture" }));
+        this.wall_pictures.addEventListener("change", () => this.set("walls", this.wall_pictures.value || undefined));
+        return { box: this.box("walls", label, "Another picture for walls and ceiling (texture.regions)", this.wall_pictures), show: given => { this.wall_pictures.value = given ?? ""; } };
+    }
+
+    offer(pictures) {
+        this.wall_pictures.replaceChildren(this.wall_pictures.options[0], ...pictures.map(name => element("option", { value: name, textContent: shortName(name) })));
+        this.wall_pictures.value = this.values.walls ?? "";
+    }
+}

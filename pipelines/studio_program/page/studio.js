@@ -1,0 +1,536 @@
+// The page: what is chosen, what runs, what is shown. All that it does, it asks of the server, which runs `fresco run`.
+
+const at = id => document.getElementById(id);
+const poll_ms = 500;
+
+async function ask(path, body) {
+    const response = await fetch(path, body === undefined ? {} : { method: "POST", body: JSON.stringify(body) });
+    const answer = await response.json();
+    if (!response.ok)
+        throw new Error(answer.error);
+    return answer;
+}
+
+async function bytesAt(path) {
+    const response = await fetch(path);
+    if (!response.ok)
+        throw new Error(`${path} is not there`);
+    return response.arrayBuffer();
+}
+
+const chosen = { scan: null, picture: null, settings: {} };
+const past = [];  // What was chosen before, for undo.
+const versions = new Map();  // Of thumbnails, so that a new one is fetched.
+let folder = { scans: [], pictures: [], runs: [], shipped: [] };
+let paintings = [], running = null, watched = null, seen_serial = 0, shown = null, shown_scan = null, settings = null;
+const view = new View(at("room"));
+
+const isBusy = () => running?.care === "full";
+
+function say(text) {
+    at("status").textContent = text;
+}
+
+function complain(text) {
+    at("problem").hidden = !text;
+    at("problem").textContent = text ?? "";
+}
+
+/// Errors of requests go where those of runs go.
+function guarded(action) {
+    return (...words) => Promise.resolve(action(...words)).catch(error => complain(error.message));
+}
+
+// Runs and their events.
+
+/// Follows the events of one run until it ends. `log`: their address; `out`: where its results are.
+class Watch {
+    constructor(log, out, care) {
+        Object.assign(this, { log, out, care, from: 0, rest: "", stages: new Map(), files: new Set(), problems: [], newest: null, grown_at: 0, note: "" });
+    }
+
+    async poll() {
+        const response = await fetch(`${this.log}?from=${this.from}`);
+        if (!response.ok)
+            return;
+        const bytes = new Uint8Array(await response.arrayBuffer());
+        const end = bytes.lastIndexOf(10) + 1;  // Whole lines only: the last one may be on its way.
+        this.from += end;
+        const lines = new TextDecoder().decode(bytes.subarray(0, end)).split("\n").filter(Boolean);
+        for (const line of lines)
+            this.take(JSON.parse(line));
+    }
+
+    take(event) {
+        const { stage } = event;
+        if (event.event === "begin")
+            this.stages.set(stage, { state: "running", began: performance.now() });
+        else if (event.event === "progress")
+            this.advance(stage, event);
+        else if (event.event === "end") {
+            this.stages.set(stage, { ...this.stages.get(stage), state: event.state === "failed" ? "failed" : "done" });
+            if (event.error)
+                this.problems.push(event.error);
+        } else if (event.event === "file")
+            this.files.add(`${stage}/${event.path}`);
+        else if (event.event === "problems")
+            this.problems.push(...event.problems.map(problem => problem.text ?? problem.message));
+        else if (event.event === "message" || event.event === "warning" || event.event === "note")
+            this.note = event.text;
+        else if (event.event === "ended" || (event.event === "summary" && this.care === "elsewhere"))
+            this.end = event;
+    }
+
+    advance(stage, { done, total, unit }) {
+        const known = this.stages.get(stage) ?? { state: "running" };
+        if (known.total !== total || known.unit !== unit || done < known.done)
+            Object.assign(known, { first: done, began: performance.now() });
+        this.stages.set(stage, Object.assign(known, { done, total, unit }));
+    }
+
+    has(stage) {
+        return [...this.files].some(file => file.startsWith(`${stage}/`));
+    }
+
+    /// The stage that runs, with the share that is done and the seconds left, as far as they are known.
+    get now() {
+        const found = [...this.stages].filter(([, { state }]) => state === "running").at(-1);
+        if (!found)
+            return null;
+        const [name, { done, total, unit, first, began }] = found;
+        const rate = done > first ? (done - first) / (performance.now() - began) : 0;
+        return { name, share: total > 0 ? done / total : null, text: total > 0 ? `${Math.round(done)} of ${Math.round(total)} ${unit}` : "", left_s: rate ? (total - done) / rate / 1000 : null };
+    }
+}
+
+const duration = seconds => seconds < 60 ? `${Math.ceil(seconds)} s` : `${Math.floor(seconds / 60)}:${String(Math.round(seconds % 60)).padStart(2, "0")} min`;
+const care_names = { quick: "First look", preview: "Preview", full: "Painting", export: "Export", elsewhere: "Run" };
+
+function showProgress() {
+    at("progress").hidden = !watched || Boolean(watched.end);
+    if (at("progress").hidden)
+        return;
+    const now = watched.now;
+    at("what").textContent = care_names[watched.care];
+    at("detail").textContent = now ? [now.name, now.text || watched.note].filter(Boolean).join(" · ") : "starts";
+    at("left").textContent = now?.left_s ? `${duration(now.left_s)} left in this stage` : "";
+    at("bar").firstElementChild.style.width = `${100 * (now?.share ?? 0)}%`;
+    at("cancel").hidden = watched.care === "elsewhere";
+    at("stages").replaceChildren(...[...watched.stages].map(([name, { state }]) => {
+        const item = element("li", { textContent: name });
+        item.dataset.state = state;
+        return item;
+    }));
+}
+
+/// Shows what the run has made so far, the best of it only.
+async function showResults(run) {
+    const { out } = run;
+    const mine = () => watched === run;
+    const stays = view.has === "painting" && shown_scan === chosen.scan;  // Nothing lesser takes its place.
+    if (run.has("view") && run.has("photo_view")) {
+        if (run.newest === "view")
+            return;
+        const bytes = await bytesAt(`${out}view.glb`);
+        if (mine())
+            await view.painted(bytes, () => bytesAt(`${out}photo.glb`));
+        run.newest = "view";
+    } else if (run.has("photo_view") && !stays) {
+        if (run.newest === "photo")
+            return;
+        const bytes = await bytesAt(`${out}photo.glb`);
+        if (mine())
+            await view.photographed(bytes);
+        run.newest = "photo";
+    } else if (run.has("mesh_view") && !stays && !run.newest) {
+        const bytes = await bytesAt(`${out}mesh.glb`);
+        if (mine())
+            await view.mesh(bytes);
+        run.newest = "mesh";
+    } else
+        return;
+    shown_scan = chosen.scan;
+}
+
+/// The texture as it grows, on the room with the photo.
+async function showGrowth(run) {
+    if (run.care !== "full" || run.stages.get("texture")?.state !== "running" || !run.has("photo_view") || performance.now() - run.grown_at < 1500)
+        return;
+    run.grown_at = performance.now();
+    const response = await fetch(`${run.out}progress/texture/texture.png`);
+    if (!response.ok)
+        return;
+    const picture = await response.blob();
+    run.photo ??= await bytesAt(`${run.out}photo.glb`);
+    if (watched === run && !run.end)
+        await view.growing(run.photo, picture);
+}
+
+/// Of a run elsewhere: the newest picture of the stage that runs, and then its first GLB.
+async function showElsewhere(run) {
+    const stage = run.now?.name;
+    if (stage && performance.now() - run.grown_at > 2000) {
+        run.grown_at = performance.now();
+        for (const name of ["view.png", "texture.png"]) {
+            const response = await fetch(`${run.out}progress/${encodeURIComponent(stage)}/${name}`);
+            if (!response.ok)
+                continue;
+            URL.revokeObjectURL(at("newest").src);
+            at("newest").src = URL.createObjectURL(await response.blob());
+            break;
+        }
+    }
+    at("newest").hidden = !stage || !at("newest").src;
+    const file = [...run.files].map(each => each.slice(each.indexOf("/") + 1)).find(each => each.endsWith(".glb"));
+    const base = run.run === "." ? folder.folder : `${folder.folder}/${run.run}`;
+    if (run.end && file?.startsWith(`${base}/`)) {
+        at("newest").hidden = true;
+        const bytes = await bytesAt(run.out + addressOf(file.slice(base.length + 1)));
+        await view.photographed(bytes);
+    }
+}
+
+async function ended(run) {
+    const { exit_code, canceled, error } = run.end;
+    const failed = exit_code !== 0 && !canceled && run.care !== "elsewhere";
+    if (failed) {
+        const text = [...run.problems, error].filter(Boolean).join("\n") || run.note || "The run ended for an unknown reason.";
+        settings.complain(text);
+        complain(text);
+        return;
+    }
+    if (canceled)
+        return say("canceled");
+    if (run.care === "export")
+        return offerFiles(run);
+    say(`${care_names[run.care].toLowerCase()} ready in ${duration((performance.now() - run.began) / 1000)}`);
+    if (run.care === "quick" && run === watched && run.again)
+        await paint("preview");
+    if (run.care === "full") {
+        shown = run.id;
+        tell();
+        await saveThumbnail(run.id);
+    }
+}
+
+async function saveThumbnail(id) {
+    const picture = await view.thumbnail();
+    await fetch(`api/thumbnail?id=${id}`, { method: "PUT", body: picture });
+    versions.set(id, Date.now());
+    await refresh();
+}
+
+function offerFiles(run) {
+    const files = [...run.files].filter(file => file.startsWith("taken/")).map(file => file.slice(6));
+    for (const file of files) {
+        const [, inner] = file.split(`/${run.id}/out/`);
+        const link = element("a", { href: `${run.out}${addressOf(inner)}`, download: inner.split("/").at(-1) });
+        link.click();
+    }
+    at("taken").textContent = files.length ? `Saved; also in ${files[0].slice(0, files[0].lastIndexOf("/"))}` : "";
+    at("taken").title = files.join("\n");
+}
+
+function follow(id, care, again = false) {
+    at("newest").hidden = true;
+    watched = Object.assign(new Watch(`painting/${id}/${care === "export" ? "export" : "log"}.jsonl`, `painting/${id}/out/`, care), { id, again, began: performance.now() });
+    complain(null);
+    say("");
+    showProgress();
+}
+
+async function paint(care, again = false) {
+    if (!chosen.scan || !chosen.picture || isBusy())
+        return;
+    const { id, serial } = await ask("api/paint", { scan: chosen.scan, picture: chosen.picture, settings: chosen.settings, care });
+    seen_serial = serial;
+    running = { id, care, serial };
+    if (care !== "full")
+        shown = "preview";
+    follow(id, care, again);
+    tell();
+}
+
+let waiting = 0;
+/// A first look soon, which sharpens by itself.
+function preview() {
+    clearTimeout(waiting);
+    say("");
+    complain(null);
+    waiting = setTimeout(guarded(() => paint("quick", true)), 200);
+}
+
+// What is chosen.
+
+function remember() {
+    past.push(structuredClone({ ...chosen, shown }));
+    if (past.length > 100)
+        past.shift();
+}
+
+function choose(change) {
+    remember();
+    Object.assign(chosen, change);
+    if (chosen.scan !== shown_scan) {
+        view.clear();
+        shown_scan = null;
+    }
+    shown = "preview";
+    tell();
+    preview();
+}
+
+async function open(painting) {
+    const { scan, picture, settings: values } = painting.request;
+    Object.assign(chosen, { scan, picture, settings: values });
+    shown = painting.id;
+    settings.show(values);
+    if (running?.id === painting.id)
+        follow(painting.id, running.care);
+    else if (!isBusy())
+        watched = null;
+    complain(painting.state === "failed" ? "This painting failed; Paint tries again." : null);
+    tell();
+    if (painting.state === "done") {
+        const out = `painting/${painting.id}/out/`;
+        const bytes = await bytesAt(`${out}view.glb`);
+        if (shown !== painting.id)
+            return;
+        await view.painted(bytes, () => bytesAt(`${out}photo.glb`));
+        shown_scan = scan;
+        if (!painting.thumbnail)
+            await saveThumbnail(painting.id);
+    }
+}
+
+const undo = guarded(async () => {
+    const before = past.pop();
+    if (!before)
+        return;
+    Object.assign(chosen, { scan: before.scan, picture: before.picture, settings: before.settings });
+    settings.show(chosen.settings);
+    const painting = paintings.find(each => each.id === before.shown);
+    if (painting)
+        await open(painting);
+    else {
+        shown = before.shown;
+        if (chosen.scan !== shown_scan)
+            view.clear();
+        tell();
+        preview();
+    }
+});
+
+// What the page shows beside the room.
+
+function tell() {
+    at("empty").hidden = view.has !== "nothing";
+    at("empty").textContent = watched?.run ? "The result appears here when the run has written a GLB." : chosen.scan ? "Preparing the scan: the mesh appears first, then the photo, then the painting." : folder.scans.length ? "Choose a scan on the left." : "Drop a model here: a GLB or a PLY.";
+    at("tools").hidden = view.has === "nothing";
+    at("mixing").hidden = view.has !== "painting";
+    for (const mode of ["walk", "orbit"])
+        at(mode).setAttribute("aria-pressed", at("room").dataset.mode === mode && view.has !== "nothing");
+    at("badge").textContent = { nothing: "", mesh: "mesh", photo: watched?.run ? "result" : "photo" }[view.has] ?? (watched && !watched.end && watched.photo ? "as it grows" : shown === "preview" ? "preview" : shown ? `painting ${Number(shown)}` : "");
+    at("paint").disabled = !chosen.scan || !chosen.picture || isBusy();
+    at("hint").textContent = isBusy() ? "Changes show when the painting is done." : "Changes show as a preview first.";
+    at("undo").disabled = !past.length;
+    at("take").hidden = !paintings.some(({ id, state }) => id === shown && state === "done");
+    at("take").querySelector("[data-kind=video]").hidden = /\.(glb|gltf|obj|ply)$/i.test(chosen.scan ?? "");  // It follows a recording's cameras.
+    showScans(at("scans"), folder.scans, chosen.scan, scan => scan !== chosen.scan && choose({ scan }));
+    showPictures(at("pictures"), [...folder.pictures, ...folder.shipped], chosen.picture, picture => picture !== chosen.picture && choose({ picture }));
+    at("watched").hidden = !folder.runs.length;
+    showRuns(at("runs"), folder.runs, watched?.run, watchRun);
+    showHistory(at("history"), paintings, shown, versions, { open: painting => { remember(); guarded(open)(painting); }, remove: guarded(remove) });
+}
+
+async function remove({ id }) {
+    await ask("api/delete", { id });
+    if (shown === id)
+        shown = null;
+    await refresh();
+}
+
+function watchRun(name) {
+    const base = name === "." ? "run/" : `run/${addressOf(name)}/`;
+    watched = Object.assign(new Watch(`${base}progress.jsonl`, base, "elsewhere"), { run: name, began: performance.now() });
+    view.clear();
+    Object.assign(chosen, { scan: null });
+    shown = shown_scan = null;
+    complain(null);
+    tell();
+}
+
+async function refresh() {
+    const state = await ask("api/state");
+    const changed = JSON.stringify([state.paintings, state.running]) !== JSON.stringify([paintings, running]);
+    ({ paintings, running } = state);
+    if (running && running.serial !== seen_serial) {
+        seen_serial = running.serial;  // Begun in another page, or before this one.
+        const request = paintings.find(({ id }) => id === running.id)?.request ?? running.request;
+        if (request) {
+            Object.assign(chosen, { scan: request.scan, picture: request.picture, settings: request.settings });
+            settings.show(chosen.settings);
+        }
+        follow(running.id, running.care);
+    }
+    if (changed)
+        tell();
+}
+
+async function look() {
+    folder = await ask("api/folder");
+    at("folder").textContent = folder.folder;
+    settings.offer([...folder.pictures, ...folder.shipped]);
+    tell();
+}
+
+async function step() {
+    await refresh();
+    const run = watched;
+    if (!run || run.over)
+        return;
+    await run.poll();
+    showProgress();
+    if (run.care === "elsewhere")
+        await showElsewhere(run);
+    else if (run.care !== "export") {
+        await showResults(run);
+        await showGrowth(run);
+    }
+    if (run.end && watched === run) {
+        run.over = true;
+        running = null;
+        tell();
+        await ended(run);
+    }
+}
+
+async function live() {
+    try {
+        await step();
+        document.body.classList.remove("lost");
+    } catch (error) {
+        // The server may have been stopped; the page goes on when it is back at this address.
+        say(error instanceof TypeError ? "fresco studio does not answer; start it again and open its new address" : error.message);
+    }
+    setTimeout(live, poll_ms);
+}
+
+// Files from outside.
+
+const add = guarded(async files => {
+    for (const file of files) {
+        say(`adding ${file.name} …`);
+        const response = await fetch(`add?name=${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
+        const answer = await response.json();
+        if (!response.ok)
+            throw new Error(answer.error);
+        await look();
+        say(`${answer.name} added`);
+        choose(/\.(glb|ply)$/i.test(answer.name) ? { scan: answer.name } : { picture: answer.name });
+    }
+});
+
+function hearDrops() {
+    let inside = 0;
+    const shows = () => { at("drop").hidden = inside <= 0; };
+    const hears = (name, action) => document.addEventListener(name, event => {
+        if (![...event.dataTransfer.types].includes("Files"))
+            return;
+        event.preventDefault();
+        action(event);
+        shows();
+    });
+    hears("dragenter", () => ++inside);
+    hears("dragleave", () => --inside);
+    hears("dragover", () => {});
+    hears("drop", event => {
+        inside = 0;
+        add([...event.dataTransfer.files]);
+    });
+}
+
+function tellMore(title, text, note) {
+    const dialog = at("dialog");
+    dialog.querySelector("h2").textContent = title;
+    dialog.querySelector("pre").textContent = text;
+    dialog.querySelector("p").textContent = note;
+    dialog.showModal();
+}
+
+const keys = `P           paint at full size
+Escape      cancel
+Ctrl-Z      back to what was chosen before
+1, 2        walk, orbit
+[, ]        from photo to painted
+W A S D     walk, while the room has the focus
+Tab, Enter  reach and choose everything
+Delete      delete the painting in the history that has the focus`;
+
+const cancel = guarded(() => ask("api/cancel", {}));
+const full = guarded(() => paint("full"));
+const mix = share => {
+    at("mix").value = share;
+    view.mix(Number(at("mix").value));
+};
+
+function hearKeys() {
+    const actions = {
+        p: full, Escape: () => running && cancel(), 1: () => view.move("walk"), 2: () => view.move("orbit"), "?": () => at("keys").click(),
+        "[": () => mix(Number(at("mix").value) - 0.1), "]": () => mix(Number(at("mix").value) + 0.1),
+    };
+    document.addEventListener("keydown", event => {
+        const typing = event.target.matches("input[type=number], select, textarea") || at("dialog").open;
+        if (event.key === "z" && (event.ctrlKey || event.metaKey) && !typing) {
+            event.preventDefault();
+            undo();
+        } else if (!event.ctrlKey && !event.metaKey && !event.altKey && !typing)
+            actions[event.key]?.();
+    });
+}
+
+function hearButtons() {
+    at("paint").addEventListener("click", full);
+    at("cancel").addEventListener("click", cancel);
+    at("undo").addEventListener("click", undo);
+    at("keys").addEventListener("click", () => tellMore("Keyboard", keys, ""));
+    for (const mode of ["walk", "orbit"])
+        at(mode).addEventListener("click", () => view.move(mode));
+    at("mix").addEventListener("input", () => view.mix(Number(at("mix").value)));
+    at("add").addEventListener("click", () => at("file").click());
+    at("file").addEventListener("change", () => add([...at("file").files]));
+    for (const button of at("take").querySelectorAll("[data-kind]"))
+        button.addEventListener("click", guarded(async () => {
+            const { serial } = await ask("api/take", { id: shown, kind: button.dataset.kind });
+            seen_serial = serial;
+            follow(shown, "export");
+        }));
+    at("pipeline").addEventListener("click", guarded(async () => {
+        const { text, command, folder: place } = await ask(`api/pipeline?id=${shown}`);
+        tellMore("As a pipeline", `${text}\n$ cd ${place}\n$ ${command}`, "These lines make exactly this painting, without the studio.");
+    }));
+    window.addEventListener("focus", guarded(look));
+}
+
+async function begin() {
+    settings = new Settings(await ask("api/declarations"), () => choose({ settings: { ...settings.values } }));
+    view.onchange = tell;
+    hearButtons();
+    hearKeys();
+    hearDrops();
+    await look();
+    await refresh();
+    if (!chosen.picture)
+        chosen.picture = folder.shipped[0] ?? folder.pictures[0] ?? null;
+    const newest = paintings.find(({ state }) => state === "done");
+    if (!running && folder.runs.includes("."))
+        watchRun(".");
+    else if (!running && newest)
+        await open(newest);
+    else if (!running && folder.scans.length === 1)
+        choose({ scan: folder.scans[0].name });
+    tell();
+    live();
+}
+
+guarded(begin)();

@@ -1,0 +1,309 @@
+#include "runs.h"
+
+#include <fresco/error.h>
+#include <fresco/files_io.h>
+#include <fresco/process.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <fmt/format.h>
+#include <fstream>
+#include <poll.h>
+
+namespace fresco::studio
+{
+namespace
+{
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds time_to_end(8);
+
+bool is_id(const std::string& id)
+{
+    return id == "preview" ||
+           (!id.empty() && id.size() < 10 && std::ranges::all_of(id, [](char c) { return c >= '0' && c <= '9'; }));
+}
+
+const char* name_of(Care care)
+{
+    return care == Care::full ? "full" : care == Care::preview ? "preview" : "quick";
+}
+
+Process started(const fs::path& program, const std::vector<std::string>& words)
+{
+    ProcessStart start{.file = program, .arguments = {program.filename()}, .own_session = true};
+    start.arguments.insert(start.arguments.end(), words.begin(), words.end());
+    return start_process(start);
+}
+
+/// Waits for what the process prints; false: it has printed all.
+bool hear(const Process& process, LineBuffer& lines, std::chrono::milliseconds patience)
+{
+    pollfd stream{process.output.get(), POLLIN, 0};
+    return poll(&stream, 1, static_cast<int>(patience.count())) <= 0 || lines.read_from(process.output.get());
+}
+
+ProcessEnd end_of(const Process& process)
+{
+    ProcessEnd end;
+    while (!take_group_end(process.pid, end))
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return end;
+}
+}  // namespace
+
+Runs::Runs(fs::path program, fs::path studio) : program_(std::move(program)), studio_(std::move(studio))
+{
+    fs::create_directories(studio_ / "paintings");
+    resume();
+    thread_ = std::thread([this] { work(); });
+}
+
+Runs::~Runs()
+{
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+fs::path Runs::folder_of(const std::string& id) const
+{
+    if (!is_id(id))
+        throw Error(id + ": not a painting");
+    return studio_ / "paintings" / id;
+}
+
+std::string Runs::answer_of(const std::vector<std::string>& words) const
+{
+    const Process process = started(program_, words);
+    LineBuffer lines;
+    std::string text;
+    for (bool more = true; more;)
+    {
+        more = hear(process, lines, std::chrono::seconds(1));
+        for (std::string line; lines.next(line);)
+            text += line + "\n";
+    }
+    text += lines.rest();
+    if (end_of(process).exit_code != 0)
+        throw Error(text);
+    return text;
+}
+
+Started Runs::paint(const PaintingRequest& request, const Value& asked, Care care)
+{
+    const std::string text = pipeline_text(request);
+    const std::lock_guard one_at_a_time(asking_);
+    std::string id = "preview";
+    if (care == Care::full)
+    {
+        int last = 0;
+        for (const Painting& painting : paintings())
+            last = std::max(last, std::stoi(painting.id));
+        id = fmt::format("{:04}", last + 1);
+    }
+    const fs::path folder = folder_of(id);
+    refuse_if_painting();
+    fs::create_directories(folder);
+    write_durable_file(folder / "painting.yaml", text);
+    write_durable_file(folder / "painting.json", to_json(asked));
+    Job job{.id = id,
+            .care = name_of(care),
+            .folder = folder,
+            .log = folder / "log.jsonl",
+            .words = {"run", folder / "painting.yaml"}};
+    const auto more = run_arguments(request, care);
+    job.words.insert(job.words.end(), more.begin(), more.end());
+    write_durable_file(folder / "words.json", to_json(Value::List(job.words.begin(), job.words.end())));
+    write_durable_file(folder / "state", std::string_view("running"));
+    std::ofstream(job.log, std::ios::trunc).flush();
+    return start(std::move(job));
+}
+
+Started Runs::take(const std::string& id, const PaintingRequest& request, const std::string& kind)
+{
+    const fs::path folder = folder_of(id);
+    refuse_if_painting();
+    write_durable_file(folder / (kind + ".yaml"), export_text(request, kind));
+    std::ofstream(folder / "export.jsonl", std::ios::trunc).flush();
+    return start({.id = id,
+                  .care = "export",
+                  .folder = folder,
+                  .log = folder / "export.jsonl",
+                  .words = {"run", folder / (kind + ".yaml"), "--until", "taken"},
+                  .is_painting = false});
+}
+
+Started Runs::start(Job job)
+{
+    const std::string id = job.id;
+    const std::lock_guard lock(mutex_);
+    job.serial = ++serial_;
+    next_ = std::move(job);
+    changed_.notify_all();
+    return {id, serial_};
+}
+
+void Runs::refuse_if_painting() const
+{
+    const std::lock_guard lock(mutex_);
+    if ((next_ && next_->care == "full") || (current_ && current_->care == "full" && !canceled_))
+        throw Error("a painting is being made; cancel it first, or wait for it");
+}
+
+void Runs::cancel()
+{
+    const std::lock_guard lock(mutex_);
+    if (next_ && next_->is_painting)
+        write_durable_file(next_->folder / "state", std::string_view("canceled"));
+    next_.reset();
+    canceled_ = current_.has_value();
+}
+
+void Runs::remove(const std::string& id)
+{
+    {
+        const std::lock_guard lock(mutex_);
+        if ((current_ && current_->id == id) || (next_ && next_->id == id))
+            throw Error("this painting is being made; cancel it first");
+    }
+    if (!fs::exists(folder_of(id) / "painting.json"))
+        throw Error(id + ": no such painting");
+    fs::remove_all(folder_of(id));
+}
+
+std::vector<Painting> Runs::paintings() const
+{
+    std::vector<Painting> all;
+    for (const fs::directory_entry& entry : fs::directory_iterator(studio_ / "paintings"))
+        if (const std::string id = entry.path().filename(); is_id(id) && id != "preview")
+            if (auto painting = find(id))
+                all.push_back(std::move(*painting));
+    std::ranges::sort(all, std::ranges::greater{}, [](const Painting& painting) { return std::stoi(painting.id); });
+    return all;
+}
+
+std::optional<Painting> Runs::find(const std::string& id) const
+{
+    const fs::path folder = folder_of(id);
+    try
+    {
+        return Painting{id, parse_json(read_text_file(folder / "painting.json"), "painting.json"),
+                        read_text_file(folder / "state"), fs::exists(folder / "thumb.jpg")};
+    }
+    catch (const Error&)
+    {
+        return std::nullopt;  // Half made, or half removed.
+    }
+}
+
+Value Runs::running() const
+{
+    const std::lock_guard lock(mutex_);
+    const auto& job = next_ ? next_ : current_;
+    if (!job)
+        return {};
+    const auto painting = find(job->id);
+    return Value::Map{
+        {"id", job->id}, {"care", job->care}, {"serial", job->serial}, {"request", painting ? painting->request : Value()}};
+}
+
+std::string Runs::command_line(const std::string& id, const PaintingRequest& request) const
+{
+    std::string line = "fresco run painting.yaml";
+    for (const std::string& word : run_arguments(request, id == "preview" ? Care::preview : Care::full))
+        line += " " + word;
+    return line;
+}
+
+/// The newest painting that was being made when this program was killed is made on.
+void Runs::resume()
+{
+    for (const Painting& painting : paintings())
+        if (painting.state == "running")
+        {
+            const fs::path folder = folder_of(painting.id);
+            if (next_)
+            {
+                write_durable_file(folder / "state", std::string_view("canceled"));
+                continue;
+            }
+            Job job{.id = painting.id, .care = "full", .folder = folder, .log = folder / "log.jsonl"};
+            const Value words = parse_json(read_text_file(folder / "words.json"), "words.json");
+            for (const Value& word : words.as_list())
+                job.words.push_back(word.as_string());
+            job.serial = ++serial_;
+            next_ = std::move(job);
+        }
+}
+
+void Runs::work()
+{
+    std::unique_lock lock(mutex_);
+    while (true)
+    {
+        changed_.wait(lock, [&] { return ending_ || next_; });
+        if (ending_)
+            return;
+        current_ = std::move(next_);
+        next_.reset();
+        canceled_ = false;
+        const Job job = *current_;
+        lock.unlock();
+        try
+        {
+            run(job);
+        }
+        catch (const std::exception& error)
+        {
+            std::ofstream(job.log, std::ios::app)
+                << to_json(Value::Map{{"event", "ended"}, {"exit_code", 1}, {"error", error.what()}}) << "\n";
+        }
+        lock.lock();
+        current_.reset();
+    }
+}
+
+/// On this thread, because the kernel ends a program with the thread that started it.
+void Runs::run(const Job& job)
+{
+    std::ofstream log(job.log, std::ios::trunc);
+    std::vector<std::string> words = job.words;
+    for (const std::string& word : std::initializer_list<std::string>{"--json-log", "--no-report", "--replace", "--store",
+                                                                      studio_ / "store", "--out", job.folder / "out"})
+        words.push_back(word);
+    const Process process = started(program_, words);
+    LineBuffer lines;
+    std::optional<Clock::time_point> told;
+    bool dropped = false;
+    for (bool more = true; more;)
+    {
+        more = hear(process, lines, std::chrono::milliseconds(50));
+        for (std::string line; lines.next(line);)
+            log << (line.starts_with('{') ? line : to_json(Value::Map{{"event", "note"}, {"text", line}})) << "\n";
+        log.flush();
+        const std::lock_guard lock(mutex_);
+        dropped = dropped || canceled_ || (next_ && job.care != "full");
+        if ((dropped || ending_) && !told)
+        {
+            told = Clock::now();
+            kill(process.pid, SIGTERM);
+        }
+        else if (told && Clock::now() - *told > time_to_end)
+            kill(-process.pid, SIGKILL);
+    }
+    const ProcessEnd end = end_of(process);
+    log << to_json(Value::Map{{"event", "ended"}, {"exit_code", end.exit_code}, {"signal", end.signal}, {"canceled", dropped}})
+        << "\n";
+    log.flush();
+    const std::lock_guard lock(mutex_);
+    if (job.is_painting && (dropped || !ending_))
+        write_durable_file(job.folder / "state", std::string_view(dropped ? "canceled" : end.exit_code == 0 ? "done" : "failed"));
+}
+
+}  // namespace fresco::studio

@@ -1,0 +1,102 @@
+#pragma once
+
+#include "pipeline_text.h"
+
+#include <fresco/value.h>
+
+#include <condition_variable>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+/// \file Paintings, and the one `fresco run` at a time that makes them. A painting is a folder below STUDIO/paintings:
+/// painting.json (what was asked for), painting.yaml, log.jsonl (the events of --json-log), out/ and thumb.jpg; its name is its
+/// number. The folder `preview` is one, too, which the next preview replaces. Whenever the program is killed, paintings stay, and
+/// the one that was being made is resumed by the next Runs.
+
+namespace fresco::studio
+{
+
+struct Painting
+{
+    std::string id;
+    Value request;      ///< The page's request: {scan, picture, settings}.
+    std::string state;  ///< running, done, failed, canceled
+    bool has_thumbnail = false;
+};
+
+/// A run that was asked for; a later one has a larger serial number.
+struct Started
+{
+    std::string id;
+    int serial = 0;
+};
+
+class Runs
+{
+  public:
+    /// `program`: fresco. `studio`: the folder for paintings and their store; created.
+    Runs(std::filesystem::path program, std::filesystem::path studio);
+    /// Ends a run that is under way; it stays resumable.
+    ~Runs();
+    Runs(const Runs&) = delete;
+    Runs& operator=(const Runs&) = delete;
+
+    /// Begins a painting under its id: a new number, or "preview" unless `care` is full. A preview ends for whatever comes next;
+    /// throws Error while another run is under way.
+    Started paint(const PaintingRequest& request, const Value& asked, Care care);
+    /// Makes an export of a finished painting; its files are in the log export.jsonl of that painting.
+    Started take(const std::string& id, const PaintingRequest& request, const std::string& kind);
+    /// Ends the run under way; nothing half stays but what the store needs to go on.
+    void cancel();
+    /// Throws Error for one that is being made, and where there is none.
+    void remove(const std::string& id);
+
+    /// Newest first, without the preview.
+    std::vector<Painting> paintings() const;
+    std::optional<Painting> find(const std::string& id) const;
+    /// {id, care, serial, request}, or null; `request` is what the page sent.
+    Value running() const;
+    std::filesystem::path folder_of(const std::string& id) const;
+    /// `fresco run painting.yaml …`, as a shell takes it.
+    std::string command_line(const std::string& id, const PaintingRequest& request) const;
+
+    /// The standard output of `fresco WORDS…`. Throws Error with what it printed if it fails.
+    std::string answer_of(const std::vector<std::string>& words) const;
+
+  private:
+    struct Job
+    {
+        std::string id{};
+        std::string care{};
+        std::filesystem::path folder{};
+        std::filesystem::path log{};
+        std::vector<std::string> words{};
+        bool is_painting = true;
+        int serial = 0;
+    };
+
+    void refuse_if_painting() const;
+    Started start(Job job);
+    void work();
+    void run(const Job& job);
+    void resume();
+
+    std::filesystem::path program_;
+    std::filesystem::path studio_;
+    std::mutex asking_;  ///< Held while a painting gets its number.
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    std::optional<Job> next_;
+    std::optional<Job> current_;
+    int serial_ = 0;
+    bool canceled_ = false;
+    bool ending_ = false;
+    std::thread thread_;
+};
+
+}  // namespace fresco::studio

@@ -1,0 +1,194 @@
+// studio.mjs CHROMIUM FRESCO FOLDER MODEL PICTURE [SCREENSHOTS]: fresco studio as its user has it, from an empty folder on.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
+import { basename, join } from "node:path";
+import { Browser, webgl } from "../browser/browser.mjs";
+
+const [program, fresco, folder, model, picture, screenshots] = process.argv.slice(2);
+
+const saved = mkdtempSync(join(folder, "../saved-"));
+
+/// Starts the server; gives {process, address}.
+async function served() {
+    const started = spawn(fresco, ["studio", folder, "--no-browser"], { stdio: ["ignore", "pipe", "inherit"] });
+    process.on("exit", () => started.kill("SIGKILL"));
+    const address = await new Promise((resolve, reject) => {
+        started.stdout.on("data", data => resolve(data.toString().trim()));
+        started.on("exit", code => reject(new Error(`fresco studio ended with ${code}`)));
+    });
+    return { process: started, address, ended: new Promise(resolve => started.on("exit", resolve)) };
+}
+
+const watched = browser => browser.evaluate(`(() => { const box = document.getElementById("problem"); return box.hidden ? "" : box.textContent; })()`);
+
+/// Waits for what is expected; an error in the page ends it at once.
+async function until(browser, expression) {
+    await browser.wait(expression, async () => {
+        const problem = await watched(browser);
+        assert.equal(problem, "", `while waiting for ${expression}`);
+        return browser.evaluate(expression);
+    });
+}
+
+const has = (browser, text) => until(browser, `document.getElementById("badge").textContent === ${JSON.stringify(text)}`);
+const ready = (browser, what) => until(browser, `document.getElementById("status").textContent.startsWith(${JSON.stringify(`${what} ready`)})`);
+
+/// Drops a file onto the page, as a hand would.
+async function drop(browser, file) {
+    const text = readFileSync(file).toString("base64");
+    await browser.evaluate(`(() => {
+        const bytes = Uint8Array.from(atob("${text}"), letter => letter.charCodeAt(0));
+        const data = new DataTransfer();
+        data.items.add(new File([bytes], ${JSON.stringify(basename(file))}));
+        for (const type of ["dragenter", "dragover", "drop"])
+            document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: data }));
+    })()`);
+}
+
+async function shoot(browser, name) {
+    if (!screenshots)
+        return;
+    for (const scheme of ["light", "dark"])
+        for (const [width, height] of [[1280, 800], [1920, 1080]]) {
+            await browser.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: scheme }] });
+            await browser.resize(width, height);
+            await browser.evaluate("new Promise(done => setTimeout(done, 400))");
+            const { data } = await browser.send("Page.captureScreenshot");
+            writeFileSync(join(screenshots, `${name}_${width}_${scheme}.png`), Buffer.from(data, "base64"));
+        }
+    await browser.resize(1280, 800);
+}
+
+const setting = (browser, name, value) => browser.evaluate(`(() => {
+    const input = document.getElementById("set-${name.replace(".", "-")}");
+    input.value = "${value}";
+    input.dispatchEvent(new Event("change"));
+})()`);
+
+async function opened(address) {
+    const browser = new Browser(program, webgl);
+    await browser.open(address, saved);
+    await browser.resize(1280, 800);
+    await browser.until(`document.getElementById("folder").textContent !== ""`);
+    return browser;
+}
+
+let server = await served();
+assert.match(server.address, /^http:\/\/127\.0\.0\.1:\d+\/[0-9a-f]{32}\/$/);
+const strange = server.address.replace(/[0-9a-f]{32}/, "0".repeat(32));
+assert.equal((await fetch(strange)).status, 403);
+assert.equal((await fetch(`${server.address}painting/0001/out/..%2f..%2f..%2f..%2flock`)).status, 404);
+assert.equal((await fetch(`${server.address}picture/..%2f..%2fetc%2fpasswd`)).status, 404);
+
+// A model and a picture of one's own: the first look, then the preview.
+let browser = await opened(server.address);
+await shoot(browser, "empty");
+// As fast as it can be, since the test is of the page.
+await setting(browser, "texture.levels_count", 1);
+await setting(browser, "texture.rounds_count", 1);
+let begin = Date.now();
+await drop(browser, model);
+await until(browser, `view.has === "painting"`);
+console.log(`a model dropped: its first look after ${Date.now() - begin} ms`);
+await ready(browser, "preview");
+const first = await browser.seen();
+assert(first.part > 0.3, `the room fills ${first.part} of the canvas`);
+begin = Date.now();
+await drop(browser, picture);
+await until(browser, `chosen.picture === "sea_waves.jpg"`);
+await ready(browser, "first look");
+console.log(`a second picture: seen after ${Date.now() - begin} ms`);
+await ready(browser, "preview");
+const second = await browser.seen();
+assert.notEqual(second.sum, first.sum);
+
+// The slider leads to the photo and back.
+await browser.press("[");
+await browser.press("[");
+assert.notEqual((await browser.seen()).sum, second.sum);
+await browser.press("]");
+await browser.press("]");
+assert.equal((await browser.seen()).sum, second.sum);
+
+// A setting changes what is seen; undo brings the other back.
+await setting(browser, "texture.stroke_cm", 12);
+await ready(browser, "first look");
+await ready(browser, "preview");
+assert.notEqual((await browser.seen()).sum, second.sum);
+await browser.click("#undo");
+await until(browser, `chosen.settings["texture.stroke_cm"] === undefined`);
+await ready(browser, "preview");
+assert.equal((await browser.seen()).sum, second.sum);
+
+// A value out of range is refused in the words of the command line, at its setting.
+await setting(browser, "texture.stroke_cm", 5000);
+await browser.until(`document.querySelector(".setting .error")?.textContent.includes("stroke_cm")`);
+await browser.click("#undo");
+await ready(browser, "preview");
+
+// Painting: progress, a second page that sees it, cancel, again.
+await setting(browser, "atlas.size_px", 1024);
+await ready(browser, "preview");
+await browser.click("#paint");
+await until(browser, `watched?.care === "full" && watched.stages.size > 0`);
+const other = await opened(server.address);
+await until(other, `watched?.care === "full" && !document.getElementById("progress").hidden`);
+assert.equal(await other.evaluate(`document.getElementById("paint").disabled`), true);
+await other.click("#cancel");
+await until(browser, `document.getElementById("status").textContent === "canceled"`);
+await until(browser, `!running && paintings[0].state === "canceled"`);
+await other.close();
+await browser.click("#paint");
+await ready(browser, "painting");
+await has(browser, "painting 2");
+await until(browser, `paintings[0].thumbnail`);
+const painted = await browser.seen();
+await shoot(browser, "painted");
+
+// From the store: the same again takes no painting.
+begin = Date.now();
+await browser.click("#paint");
+await browser.until(`!document.getElementById("status").textContent.startsWith("painting")`);
+await ready(browser, "painting");
+console.log(`the same painting again: ${Date.now() - begin} ms`);
+await has(browser, "painting 3");
+
+// Back in history, and one deleted.
+await browser.evaluate(`[...document.querySelectorAll("#history [data-name]")].find(button => button.dataset.name === "0002").click()`);
+await has(browser, "painting 2");
+await until(browser, `view.has === "painting"`);
+assert.equal((await browser.seen()).sum, painted.sum);
+await browser.evaluate(`(() => { const button = document.querySelector("#history .painting .remove"); button.click(); button.click(); })()`);
+await until(browser, `paintings.length === 2`);
+
+// Taken along.
+await browser.click('[data-kind="glb"]');
+assert.equal(await browser.download(), "room.glb");
+const glb = readFileSync(join(saved, "room.glb"));
+assert.equal(glb.toString("latin1", 0, 4), "glTF");
+assert.equal(glb.readUInt32LE(8), glb.length);
+await browser.click("#pipeline");
+await browser.until(`document.querySelector("dialog pre").textContent.includes("base: model.yaml")`);
+await browser.click("dialog button");
+
+// Killed in the middle of a painting; the next one goes on with it.
+await setting(browser, "texture.seed", 3);
+await ready(browser, "preview");
+await browser.click("#paint");
+await until(browser, `watched?.care === "full" && watched.stages.get("texture")?.state === "running"`);
+server.process.kill("SIGKILL");
+await server.ended;
+assert.deepEqual(browser.requests.filter(url => !url.startsWith(server.address) && !/^(blob|data):/.test(url) && url !== "about:blank"), []);
+await browser.close();
+server = await served();
+browser = await opened(server.address);
+await until(browser, `paintings.length === 3 && paintings[0].state === "done"`);
+await has(browser, "painting 3");
+assert.deepEqual(browser.problems.filter(problem => !problem.includes("GPU stall due to ReadPixels")), []);
+const status = readFileSync(`/proc/${server.process.pid}/status`, "utf8");
+console.log(`memory of the server: ${status.match(/VmHWM:\s*(\d+)/)[1]} kB`);
+await browser.close();
+server.process.kill("SIGTERM");
+assert.equal(await server.ended, 0);
+process.exit(0);

@@ -131,6 +131,7 @@ class Call
         if (far_seen_ && mixed_)
             throw std::runtime_error("far device: " + op_.schema().name() + " is given tensors of both sides");
         note_wait();
+        note_launch();
         kernel_.callBoxed(stack);
         for (std::size_t i = stack->size() - op_.schema().returns().size(); i < stack->size(); ++i)
             (*stack)[i] = taken_far((*stack)[i]);
@@ -230,6 +231,18 @@ class Call
             count_wait(name);
     }
 
+    /// Views and new tensors need no kernel.
+    void note_launch() const
+    {
+        const auto& name = op_.schema().name();
+        const auto& returns = op_.schema().returns();
+        const bool is_view = !returns.empty() && returns[0].alias_info() != nullptr && !returns[0].alias_info()->isWrite();
+        if (!far_seen_ || is_view || name == "aten::_reshape_alias" || name == "aten::resize_" || name.starts_with("aten::empty"))
+            return;
+        const std::lock_guard lock(traffic_mutex);
+        ++traffic.launches[name];
+    }
+
     const c10::OperatorHandle& op_;
     const c10::OperatorHandle& kernel_;
     std::vector<std::pair<at::Tensor, at::Tensor>> pairs_;  ///< Far arguments, and their memory on the processor.
@@ -270,6 +283,11 @@ at::Tensor empty(at::IntArrayRef sizes, c10::optional<at::ScalarType> type, c10:
 
 at::Tensor copy_from(const at::Tensor& from, const at::Tensor& to, bool non_blocking)
 {
+    if (is_far(from) || is_far(to))
+    {
+        const std::lock_guard lock(traffic_mutex);
+        ++traffic.launches["copy"];
+    }
     if (!is_far(to))
         count_wait("copy to the processor");
     else if (!is_far(from))

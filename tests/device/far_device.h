@@ -23,6 +23,7 @@ struct FarTraffic
     std::int64_t to_device_later = 0;  ///< … and for which it would not.
     std::map<std::string, std::int64_t>
         waits;  ///< By operator: copies to the processor, and results whose size depends on values.
+    std::map<std::string, std::int64_t> launches;  ///< By operator, copies among them; views and new tensors need none.
     std::int64_t events_recorded = 0;
     std::int64_t events_awaited = 0;
     std::int64_t wait_count() const;

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 using namespace fakes;
 using fresco::optimize::LoopOptions;
@@ -22,10 +24,12 @@ namespace
 
 struct Room
 {
-    testing::TemporaryFolder folder;
-    Wall wall{folder.path() / "wall", 4, {20, 30}};
+    testing::TemporaryFolder folder{};
+    std::vector<int> heights{20, 30};
+    int last_block = 2;
+    Wall wall{folder.path() / "wall", 4, heights};
     Raster8 style = testing::picture(64, 64, [](int x, int y, int c) { return 40 + (3 * (64 * y + x) + c) * 37 % 150; });
-    std::filesystem::path weights = random_vgg19(folder.path(), 2);
+    std::filesystem::path weights = random_vgg19(folder.path(), last_block);
 
     struct Result
     {
@@ -142,4 +146,27 @@ TEST_CASE("what can only be computed on the processor is, whatever the device")
     CHECK(distance(room.painted(patches, other_device(), 1).texture, room.painted(patches, torch::kCPU, 1).texture) < 1e-3);
     CHECK(distance(room.painted(gram, other_device(), 1, "optimizer.lbfgs").texture,
                    room.painted(gram, torch::kCPU, 1, "optimizer.lbfgs").texture) < (other_device().is_cuda() ? 2e-3 : 1e-3));
+}
+
+TEST_CASE("a step of the paper's method sends at most 710 operators to a device")
+{
+    Room room{{}, {64, 80, 96, 112}, 5};
+    const std::map<std::string, Value> losses{{"loss.gram", Value::Map{{"targets", "both"},
+                                                                       {"center", false},
+                                                                       {"layers", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1"},
+                                                                       {"features", on_network}}},
+                                              {"loss.content", Value::Map{{"layers", "relu4_2"}, {"features", on_network}}}};
+    // Each visit repeats the step of the one before; what a visit begins with does not count.
+    const auto sent = [&](int repeats)
+    {
+        const auto result = room.painted(losses, testing::far_device(), repeats, "optimizer.adam", "dense");
+        std::int64_t launches = 0;
+        for (const auto& [name, count] : testing::far_traffic().launches)
+            launches += count;
+        return std::pair{static_cast<std::int64_t>(result.losses.size()), launches};
+    };
+    const auto [steps, launches] = sent(2);
+    const auto [more_steps, more_launches] = sent(3);
+    CAPTURE((more_launches - launches) / (more_steps - steps));
+    CHECK(more_launches - launches <= 710 * (more_steps - steps));
 }

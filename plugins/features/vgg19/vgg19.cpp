@@ -166,6 +166,9 @@ std::vector<Convolution> convolutions(const fresco::weights::Vgg19Weights& weigh
 Vgg19::Vgg19(std::vector<Convolution> layers, const fresco::weights::Vgg19Input& input)
     : convolutions_(std::move(layers)), on_cpu_(std::make_shared<CpuEncoder>(convolutions_, input)), input_(input)
 {
+    const auto deviation = at::tensor(input_.deviation, at::kDouble).view({3, 1, 1});
+    exact_input_terms_ = {input_.scale / deviation, at::tensor(input_.mean, at::kDouble).view({3, 1, 1}) / -deviation};
+    input_terms_ = {exact_input_terms_.factor.to(at::kFloat), exact_input_terms_.offset.to(at::kFloat)};
 }
 
 void Vgg19::move_to(const torch::Device& device)
@@ -175,6 +178,7 @@ void Vgg19::move_to(const torch::Device& device)
         convolution.weights = convolution.weights.to(device);
         convolution.bias = convolution.bias.to(device);
     }
+    input_terms_ = {input_terms_.factor.to(device), input_terms_.offset.to(device)};
     get_ready();
 }
 
@@ -228,14 +232,9 @@ std::vector<fresco::FeatureLayer> Vgg19::layers() const
 
 torch::Tensor Vgg19::network_input(const torch::Tensor& picture) const
 {
-    const auto rgb = picture.unbind(0);
-    std::vector<torch::Tensor> channels;
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        const auto centered = rgb[input_.bgr ? 2 - i : i] * input_.scale - input_.mean[i];
-        channels.push_back(input_.deviation[i] == 1 ? centered : centered / input_.deviation[i]);
-    }
-    return at::stack(channels, 2).permute({2, 0, 1}).unsqueeze(0);
+    const auto channels = input_.bgr ? picture.flip(0) : picture;
+    const auto& [factor, offset] = picture.scalar_type() == at::kFloat ? input_terms_ : exact_input_terms_;
+    return at::addcmul(offset.to(picture.options()), channels, factor.to(picture.options())).unsqueeze(0);
 }
 
 std::vector<torch::Tensor> Vgg19::encode(const torch::Tensor& picture, const std::vector<std::string>& names,

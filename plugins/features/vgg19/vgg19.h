@@ -60,6 +60,15 @@ class Vgg19
     void get_ready();
     Filters filters(std::size_t number, const torch::TensorOptions& options) const;
 
+    /// The network's input is offset + factor · picture, each 3 x 1 x 1.
+    struct InputTerms
+    {
+        torch::Tensor factor;
+        torch::Tensor offset;
+    };
+
+    InputTerms input_terms_;  ///< In float32, on the network's device.
+    InputTerms exact_input_terms_;
     std::vector<Convolution> convolutions_;
     std::vector<Filters> ready_;  ///< On the network's device and in its precision; empty: they are made each time.
     bool tf32_ = false;

@@ -5,6 +5,8 @@
 
 #include <libheif/heif.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -42,10 +44,11 @@ void expect_good(const heif_error& error, std::string_view source)
     fail_heif(source, what + ": it is damaged, or of a kind that is not supported; copy it again, or convert it to PNG or JPEG");
 }
 
-/// The boxes of the file (ISO/IEC 14496-12): all inside of it, one of them the index.
+/// The boxes of the file (ISO/IEC 14496-12): all inside of it, one of them the index, one the data.
 void check_boxes(const PictureBytes& file)
 {
     bool has_index = false;
+    bool has_data = false;
     for (std::size_t at = 0; at < file.size();)
     {
         std::uint64_t length = file.u32(at);
@@ -59,12 +62,18 @@ void check_boxes(const PictureBytes& file)
             length = file.size() - at;
         if (length < header)
             file.fail(at, fmt::format("a box of {} bytes: the file is damaged", length));
+        const auto box = file.part(at, length);
         has_index = has_index || file.has(at + 4, "meta");
-        static_cast<void>(file.part(at, length));
+        // A small picture may lie in the index.
+        constexpr std::array inside{std::byte{'i'}, std::byte{'d'}, std::byte{'a'}, std::byte{'t'}};
+        has_data =
+            has_data || file.has(at + 4, "mdat") || (file.has(at + 4, "meta") && !std::ranges::search(box, inside).empty());
         at += length;
     }
     if (!has_index)
         file.fail(file.size(), "the file has no index of pictures (box meta): it is truncated, or a film");
+    if (!has_data)
+        file.fail(file.size(), "the file ends before its pictures (box mdat): it is truncated");
 }
 
 /// The file's main picture; `context` holds it.

@@ -161,21 +161,28 @@ struct GramDistance : torch::autograd::Function<GramDistance>
                                  std::int64_t fine_count, const GramTargets& targets, double scale)
     {
         const auto count = features.size(1);
-        const auto fine = features.narrow(1, 0, fine_count);
-        const auto fine_products = fine_count > 0 ? products(fine) : torch::Tensor();
-        auto difference =
-            fine_count > 0 ? at::sub(targets.all, fine_products, 1 / static_cast<double>(count)) : targets.all.clone();
-        if (fine_count < count)
-            add_products(features.narrow(1, fine_count, count - fine_count), -1 / static_cast<double>(count), difference);
-        const double per_element = scale / static_cast<double>(difference.numel());
-        auto value = sum_of_squares(difference).mul_(per_element);
-        torch::autograd::variable_list saved{features, difference};
-        if (fine_count > 0 && targets.fine.defined())
+        const bool has_fine = fine_count > 0 && targets.fine.defined();
+        const auto channels = features.size(0);
+        // Of all features, then of the fine ones.
+        const auto differences = at::empty({has_fine ? 2 : 1, channels, channels}, targets.all.options());
+        auto of_all = differences[0];
+        if (fine_count > 0)
         {
-            const auto of_fine = at::sub(targets.fine, fine_products, 1 / static_cast<double>(fine_count));
-            value.add_(sum_of_squares(of_fine), per_element);
-            saved.push_back(of_fine);
+            const auto fine_products = products(features.narrow(1, 0, fine_count));
+            at::sub_out(of_all, targets.all, fine_products, 1 / static_cast<double>(count));
+            if (has_fine)
+            {
+                auto of_fine = differences[1];
+                at::sub_out(of_fine, targets.fine, fine_products, 1 / static_cast<double>(fine_count));
+            }
         }
+        else
+            of_all.copy_(targets.all);
+        if (fine_count < count)
+            add_products(features.narrow(1, fine_count, count - fine_count), -1 / static_cast<double>(count), of_all);
+        const double per_element = scale / static_cast<double>(of_all.numel());
+        auto value = sum_of_squares(differences).mul_(per_element);
+        const torch::autograd::variable_list saved{features, differences};
         context->save_for_backward(saved);
         context->saved_data["fine_count"] = fine_count;
         context->saved_data["per_element"] = per_element;
@@ -189,16 +196,21 @@ struct GramDistance : torch::autograd::Function<GramDistance>
         const auto& features = saved[0];
         const auto fine_count = context->saved_data["fine_count"].toInt();
         const double per_element = context->saved_data["per_element"].toDouble();
-        const auto others = features.size(1) - fine_count;
+        const auto count = features.size(1);
         // Derivative of ‖T - F Fᵀ / N‖²; the difference is symmetric.
-        const auto slope = [&](std::int64_t count) { return gradients[0] * (-4 * per_element / static_cast<double>(count)); };
-        const auto factor = saved[1] * slope(features.size(1));
+        const auto slope = gradients[0] * (-4 * per_element / static_cast<double>(count));
+        const auto& differences = saved[1];
         const auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
-        if (others > 0)
-            write_gradient(factor, {}, features.narrow(1, fine_count, others), result.narrow(1, fine_count, others));
+        const auto write = [&](const torch::Tensor& factor, std::int64_t first, std::int64_t number)
+        { write_gradient(factor, {}, features.narrow(1, first, number), result.narrow(1, first, number)); };
+        const bool has_fine = differences.size(0) > 1;
+        if (fine_count < count)
+            write(differences[0] * slope, fine_count, count - fine_count);
         if (fine_count > 0)
-            write_gradient(saved.size() > 2 ? at::addcmul(factor, saved[2], slope(fine_count)) : factor, {},
-                           features.narrow(1, 0, fine_count), result.narrow(1, 0, fine_count));
+        {
+            const double share = static_cast<double>(count) / static_cast<double>(fine_count);
+            write(has_fine ? at::add(differences[0], differences[1], share).mul_(slope) : differences[0] * slope, 0, fine_count);
+        }
         return {result, torch::Tensor(), torch::Tensor(), torch::Tensor()};
     }
 };

@@ -8,8 +8,8 @@
 
 #include <ATen/core/grad_mode.h>
 #include <ATen/ops/empty.h>
-#include <ATen/ops/full_like.h>
 #include <ATen/ops/stack.h>
+#include <ATen/ops/tensor.h>
 #include <torch/csrc/autograd/autograd.h>
 
 #include <algorithm>
@@ -158,6 +158,7 @@ std::vector<SparseGradient> Evaluator::texture_gradients(const LevelData& level,
 Evaluator::Terms Evaluator::terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where)
 {
     Terms terms;
+    std::vector<double> factors;
     for (const auto& [name, component] : losses_)
     {
         summands_[name] += 0;
@@ -168,9 +169,13 @@ Evaluator::Terms Evaluator::terms_of(Part& part, const std::function<double(cons
             if (!term.value.requires_grad())
                 continue;
             terms.values.push_back(term.value);
-            terms.factors.push_back(at::full_like(term.value, factor));
+            factors.push_back(factor);
         }
     }
+    if (!factors.empty())
+        terms.factors = sent_to(at::tensor(factors, at::kFloat), device_).unbind();
+    for (std::size_t i = 0; i < factors.size(); ++i)
+        terms.factors[i] = terms.factors[i].to(terms.values[i].scalar_type()).expand_as(terms.values[i]);
     return terms;
 }
 

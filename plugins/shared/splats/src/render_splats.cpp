@@ -68,7 +68,9 @@ Footprint footprint(const InCamera& gaussian, float opacity, Vec3f color, const 
     const Vec3d right = (axes[0] - axes[2] * slope(center.x, lens.width, lens.fx)) * (lens.fx / center.z);
     const Vec3d down = (axes[1] - axes[2] * slope(center.y, lens.height, lens.fy)) * (lens.fy / center.z);
     const double xx = dot(right, right) + pixel_variance, yy = dot(down, down) + pixel_variance, xy = dot(right, down);
-    const double inverse = 1 / (xx * yy - xy * xy);
+    // The determinant of the covariance is written so that long Gaussians do not cancel it.
+    const Vec3d area = cross(right, down);
+    const double inverse = 1 / (dot(area, area) + pixel_variance * (xx + yy - pixel_variance));
     const double zx = dot(axes[2], right), zy = dot(axes[2], down);
     const double reach = 2 * std::log(opacity / static_cast<double>(least_alpha));
     const double x = lens.fx * center.x / center.z + lens.cx, y = lens.fy * center.y / center.z + lens.cy;
@@ -156,13 +158,14 @@ class Tile
         {
             const float dy = static_cast<float>(top_ + row) + 0.5F - gaussian.y;
             const float left_over = gaussian.reach * gaussian.xx - determinant * dy * dy;
-            if (left_over < 0)
-                continue;
             // A pixel more on both sides makes up for rounding.
-            const float half = std::sqrt(left_over) / gaussian.xx + 1;
+            const float half = std::sqrt(std::max(left_over, 0.0F)) / gaussian.xx + 1;
             const float middle = gaussian.x - gaussian.xy * dy / gaussian.xx - 0.5F - static_cast<float>(left_);
+            // Beside the tile, or not a number: footprints may be larger than float.
+            if (!(left_over >= 0 && middle + half >= 0 && middle - half < tile))
+                continue;
             const int begin = static_cast<int>(std::max(middle - half, 0.0F)) / quad;
-            const int end = static_cast<int>(std::clamp(middle + half, -1.0F, tile - 1.0F) + quad) / quad;
+            const int end = static_cast<int>(std::min(middle + half, tile - 1.0F)) / quad + 1;
             for (int i = begin; i < end; ++i)
                 blend(gaussian, i, row, dy);
         }
@@ -201,7 +204,8 @@ class Tile
         const auto at = static_cast<std::size_t>(row * (tile / quad) + column);
         const Quad dx = Quad{0, 1, 2, 3} + (static_cast<float>(left_ + column * quad) + 0.5F - gaussian.x);
         const Quad squared = gaussian.xx * dx * dx + 2 * gaussian.xy * dy * dx + gaussian.yy * dy * dy;
-        Quad alpha = gaussian.opacity * exponential((squared < 80.0F ? squared : Quad{} + 80.0F) * -0.5F);
+        const Quad near = squared > 0.0F ? squared : Quad{};  // Rounding may leave it below.
+        Quad alpha = gaussian.opacity * exponential((near < 80.0F ? near : Quad{} + 80.0F) * -0.5F);
         alpha = alpha < most_alpha ? alpha : Quad{} + most_alpha;
         alpha = alpha >= least_alpha ? alpha : Quad{};
         const Quad before = through_[at];
@@ -225,28 +229,29 @@ SplatPicture render_splats(const Splats& splats, const Camera& camera, double ne
     const int width = camera.intrinsics.width, height = camera.intrinsics.height;
     const std::vector<Footprint> drawn = footprints(splats, camera, nearest_m, progress);
     const int across = (width + tile - 1) / tile, down = (height + tile - 1) / tile;
-    const auto tiles = static_cast<std::size_t>(across) * static_cast<std::size_t>(down);
-    const numerics::Buckets of_tile(
-        tiles,
-        [&](const auto& add)
-        {
-            for (std::uint32_t i = 0; i < drawn.size(); ++i)
-                for (int y = static_cast<int>(drawn[i].top) / tile; y <= static_cast<int>(drawn[i].bottom) / tile; ++y)
-                    for (int x = static_cast<int>(drawn[i].left) / tile; x <= static_cast<int>(drawn[i].right) / tile; ++x)
-                        add(static_cast<std::size_t>(y * across + x), i);
-        });
+    // By rows of tiles, as each tile of its own would take gigabytes for many large Gaussians.
+    const numerics::Buckets of_row(static_cast<std::size_t>(down),
+                                   [&](const auto& add)
+                                   {
+                                       for (std::uint32_t i = 0; i < drawn.size(); ++i)
+                                           for (int y = static_cast<int>(drawn[i].top) / tile;
+                                                y <= static_cast<int>(drawn[i].bottom) / tile; ++y)
+                                               add(static_cast<std::size_t>(y), i);
+                                   });
     SplatPicture picture{RasterF(width, height, 3), RasterF(width, height), RasterF(width, height)};
-    parallel_items(tiles, 4, progress,
-                   [&](std::size_t number)
+    parallel_items(across * down, 4, progress,
+                   [&](int number)
                    {
-                       const auto left = static_cast<int>(number) % across * tile, top = static_cast<int>(number) / across * tile;
-                       Tile pixels(left, top);
-                       const auto gaussians = of_tile[number];
-                       for (std::size_t i = 0; i < gaussians.size(); ++i)
+                       const int left = number % across * tile, row = number / across;
+                       Tile pixels(left, row * tile);
+                       std::size_t count = 0;
+                       for (const std::uint32_t i : of_row[static_cast<std::size_t>(row)])
                        {
-                           if (i % drawn_at_once == 0 && pixels.is_opaque())
+                           if (drawn[i].right < static_cast<float>(left) || drawn[i].left >= static_cast<float>(left + tile))
+                               continue;
+                           if (count++ % drawn_at_once == 0 && pixels.is_opaque())
                                break;
-                           pixels.draw(drawn[gaussians[i]]);
+                           pixels.draw(drawn[i]);
                        }
                        pixels.write(picture);
                    });

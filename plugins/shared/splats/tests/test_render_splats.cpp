@@ -195,3 +195,22 @@ TEST_CASE("splats behind the camera and nearer than the limit are not drawn", "[
     picture = render_splats(splats, camera_at_origin(), nearest_m, run);
     CHECK(picture.transmittance.at(36, 27) < 0.02F);
 }
+
+TEST_CASE("splats much larger than the picture stay within it", "[splats]")
+{
+    Splats splats;
+    for (int i = 0; i < 300; ++i)
+    {
+        const float turn = 0.01F * static_cast<float>(i), size = std::pow(10.0F, static_cast<float>(i % 12));
+        const std::array<float, 4> rotation{std::cos(turn), 0, 0.6F * std::sin(turn), 0.8F * std::sin(turn)};
+        add(splats, {0.1F, 0.2F, 0.5F + 0.01F * static_cast<float>(i)}, {size, 0.02F, 1e-4F}, 0.03F, {0.5F, 0.5F, 0.5F},
+            rotation);
+    }
+    testing::TestRun run;
+    const Camera camera = camera_at_origin();
+    const SplatPicture picture = render_splats(splats, camera, nearest_m, run);
+    CHECK(std::ranges::all_of(picture.transmittance.values, [](float through) { return through >= 0 && through <= 1; }));
+    CHECK(std::ranges::all_of(picture.color.values, [](float value) { return value >= 0 && value <= 0.5F; }));
+    const float most = *std::ranges::min_element(picture.transmittance.values);
+    CHECK(most < 0.9F);
+}

@@ -71,7 +71,8 @@ struct Alignment
 /// "Color map optimization for 3D reconstruction with consumer depth cameras", SIGGRAPH 2014, section 4), from coarse to fine
 /// pictures. Rounds alternate between the points' brightness, a robust mean over the views, and one Gauss-Newton step with
 /// momentum for each view, which also finds its exposure; a prior keeps cameras near their recorded poses if pictures have little
-/// detail. Takes about 36 bytes per sighting. The same for any number of threads. Throws Canceled.
+/// detail. Small
+/// pictures compare fewer points. Takes about 60 bytes per sighting. The same for any number of threads. Throws Canceled.
 Alignment align(const std::vector<AlignedView>& views, std::size_t points, const AlignmentRules& rules, Progress& progress);
 
 }  // namespace fresco::align

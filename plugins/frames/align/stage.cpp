@@ -6,7 +6,7 @@
 #include <fresco/mesh.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/raycast/scene.h>
+#include <fresco/rendering/raster_finder.h>
 #include <fresco/stage.h>
 
 #include <algorithm>
@@ -21,17 +21,28 @@ using namespace fresco;
 namespace
 {
 
-/// Height at which the mesh's depth is cast, to see which points a view shows.
+/// Height at which the mesh is drawn, to see which points a view shows.
 constexpr int depth_height = 240;
 
-RasterF cast_depth(const raycast::Scene& scene, const Camera& camera)
+/// Depth of the mesh's front, meters; 0: none.
+RasterF drawn_depth(const Mesh& mesh, rendering::RasterFinder finder, const Camera& camera)
 {
-    RasterF depth(camera.intrinsics.width, camera.intrinsics.height);
-    std::vector<raycast::Hit> hits(depth.values.size());
-    scene.cast_rows(camera, 0, depth.height, hits);
-    for (std::size_t i = 0; i < hits.size(); ++i)
-        if (raycast::sight(hits[i]) == raycast::Sight::surface)
-            depth.values[i] = static_cast<float>(hits[i].distance);
+    FaceMap faces(camera.intrinsics.width, camera.intrinsics.height);
+    finder.find({&camera, 1}, Progress(), {&faces, 1});
+    const IntoCamera into_camera(camera.world_from_camera);
+    const Camera own{camera.intrinsics, {}};
+    RasterF depth(faces.width, faces.height);
+    for (int y = 0; y < depth.height; ++y)
+        for (int x = 0; x < depth.width; ++x)
+            if (const std::uint32_t face = faces.at(x, y); face != no_face)
+            {
+                const auto corner = [&](std::size_t i) { return into_camera.point(mesh.positions[mesh.triangles[face][i]]); };
+                const Vec3d normal = cross(corner(1) - corner(0), corner(2) - corner(0));
+                const double toward = dot(normal, own.ray(x + 0.5, y + 0.5));
+                const double at = dot(normal, corner(0)) / toward;
+                if (sight(toward < 0, at) == Sight::surface)
+                    depth.at(x, y) = static_cast<float>(at);
+            }
     return depth;
 }
 
@@ -52,12 +63,12 @@ class FramesAlign final : public Stage
     Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY; none: all are NPY"};
 
     align::AlignedView view_of(const Frame& frame, const std::vector<align::SurfacePoint>& points,
-                               const raycast::Scene& scene) const
+                               const rendering::RasterFinder& finder) const
     {
         check_camera(frame.color, "the color camera of " + frame.sequence + "/" + frame.name);
         const Camera camera{frame.color.intrinsics.scaled_to(frame.color.intrinsics.width_at(depth_height), depth_height),
                             frame.color.world_from_camera};
-        RasterF depth = cast_depth(scene, camera);
+        RasterF depth = drawn_depth(*mesh, finder, camera);
         const Raster8 mask = mask_at(load_mask(frame), depth.width, depth.height);
         for (std::size_t i = 0; i < mask.values.size(); ++i)
             if (mask.values[i] == 0)
@@ -74,9 +85,9 @@ class FramesAlign final : public Stage
         if (all.empty())
             throw Error("port 'frames' has no frames: check the scan's path and the stages that drop frames");
         const auto points = align::surface_points(*mesh, static_cast<std::size_t>(*points_count));
-        const raycast::Scene scene(*mesh);
+        const rendering::RasterFinder finder(*mesh);
         std::vector<align::AlignedView> views(all.size());
-        parallel_for_each(all.size(), "frames", run, [&](std::size_t i) { views[i] = view_of(all[i], points, scene); });
+        parallel_for_each(all.size(), "frames", run, [&](std::size_t i) { views[i] = view_of(all[i], points, finder); });
         const auto found = align::align(views, points.size(),
                                         {.rounds_count = *rounds_count,
                                          .likely_turn = likely_turn_deg * std::numbers::pi / 180,
@@ -125,4 +136,3 @@ class FramesAlign final : public Stage
 }  // namespace
 
 FRESCO_STAGE("frames.align", FramesAlign, "Corrects the poses of the color cameras so that their pictures agree on the surface")
-FRESCO_LIBRARY("Embree", raycast::embree_version())

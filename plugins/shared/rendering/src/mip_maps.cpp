@@ -1,19 +1,11 @@
 #include <fresco/error.h>
 #include <fresco/numerics/bilinear.h>
+#include <fresco/numerics/wide_vectors.h>
 #include <fresco/rendering/mip_maps.h>
 
 #include <algorithm>
 #include <cstring>
 #include <fmt/format.h>
-
-// Every clone does the same operations in the same order, with the instructions that the processor has.
-// A sanitizer cannot watch the choice between them, which is made before it starts.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) &&                          \
-    !defined(__SANITIZE_ADDRESS__)
-#define FRESCO_WIDE_VECTORS __attribute__((target_clones("avx2", "default"), flatten))
-#else
-#define FRESCO_WIDE_VECTORS
-#endif
 
 namespace fresco::rendering
 {
@@ -66,7 +58,7 @@ MipMaps::MipMaps(const Raster8& picture, TextureFilter filter)
         throw Error(fmt::format("the picture has {} channels; expected 3 (RGB)", picture.channels));
     const std::size_t full = picture.values.size() / 3;
     texels_.reserve(filter == TextureFilter::bilinear ? full : full + full / 3 + 64);
-    levels_.push_back({picture.width, picture.height, 0});
+    levels_.push_back({picture.width, picture.height, 0, 1, 1});
     for (std::size_t texel = 0; texel < full; ++texel)
     {
         std::array<float, 3> rgb;
@@ -86,7 +78,8 @@ MipMaps::MipMaps(const Raster8& picture, TextureFilter filter)
 
 void MipMaps::add_level(const RasterF& colors)
 {
-    levels_.push_back({colors.width, colors.height, static_cast<std::int32_t>(texels_.size())});
+    levels_.push_back({colors.width, colors.height, static_cast<std::int32_t>(texels_.size()),
+                       static_cast<double>(colors.width) / width(), static_cast<double>(colors.height) / height()});
     for (std::size_t value = 0; value < colors.values.size(); value += 3)
         texels_.push_back(packed(&colors.values[value]));
 }
@@ -113,12 +106,7 @@ Vec3d MipMaps::sample(Vec2d uv, double lod) const
     return share > 0 ? fine * (1 - share) + sample_level(uv, levels_[level + 1]) * share : fine;
 }
 
-namespace
-{
-typedef float Floats __attribute__((vector_size(32)));
-typedef std::int32_t Ints __attribute__((vector_size(32)));
-constexpr std::size_t lanes = sizeof(Floats) / sizeof(float);
-}  // namespace
+using namespace numerics::wide_vectors;
 
 void Lookups::start(std::size_t most)
 {
@@ -139,10 +127,8 @@ void Lookups::add_smaller(double u, double v, double lod, float weight)
     const auto share = static_cast<float>(at - static_cast<double>(number));
     const auto add_of = [&](std::size_t level, float part)
     {
-        const double width = maps_.levels_[level].width;
-        const double height = maps_.levels_[level].height;
-        add_place(u * width / maps_.width() - 0.5, height - 0.5 - v * height / maps_.height(), weight * part,
-                  static_cast<std::int32_t>(level));
+        const MipMaps::Level& to = maps_.levels_[level];
+        add_place(u * to.scale_x - 0.5, to.height - 0.5 - v * to.scale_y, weight * part, static_cast<std::int32_t>(level));
     };
     add_of(number, 1 - share);
     if (share > 0)

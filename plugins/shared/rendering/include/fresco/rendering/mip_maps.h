@@ -46,6 +46,8 @@ class MipMaps
         std::int32_t width;
         std::int32_t height;
         std::int32_t first;  ///< Index of its first texel.
+        double scale_x;      ///< Its size over that of the full picture.
+        double scale_y;
     };
 
     void add_level(const RasterF& colors);

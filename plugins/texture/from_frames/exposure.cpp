@@ -4,7 +4,6 @@
 #include <fresco/numerics/noise.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/parallel.h>
-#include <fresco/texture.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,35 +22,21 @@ constexpr float most_value = 0.97F;
 constexpr int grid_columns = 12;
 constexpr int grid_rows = 9;
 constexpr std::size_t nodes = std::size_t{grid_columns} * grid_rows;
-constexpr double number_prior = 0.005;
-constexpr double grid_prior = 0.02;
-constexpr double stiffness = 0.5;
+constexpr float number_prior = 0.005F;
+constexpr float grid_prior = 0.02F;
+constexpr float stiffness = 0.5F;
 
 /// Grids are fitted from this scale on, when the weights of what is out of place have gone.
-constexpr double leveled_from = 0.2;
-constexpr std::array<double, 8> scales{0.8, 0.55, 0.4, 0.28, 0.2, 0.14, 0.1, 0.1};
+constexpr float leveled_from = 0.2F;
+constexpr std::array<float, 8> scales{0.8F, 0.55F, 0.4F, 0.28F, 0.2F, 0.14F, 0.1F, 0.1F};
 constexpr int steps_per_scale = 20;
+/// A scale's steps end where the squared residual is this small a part of what it was.
+constexpr float settled_share = 1e-4F;
 
 std::uint32_t square_of(std::uint32_t cell, int side)
 {
     const auto width = static_cast<std::uint32_t>(side);
     return cell / width / square_side * width + cell % width / square_side;
-}
-
-/// The nodes around a place in the picture, with their shares.
-struct Taps
-{
-    std::array<std::size_t, 4> node{};
-    std::array<float, 4> share{};
-};
-
-Taps taps_at(const std::array<float, 2>& at)
-{
-    const auto x = numerics::between<float>(at[0] * grid_columns - 0.5F, grid_columns);
-    const auto y = numerics::between<float>(at[1] * grid_rows - 0.5F, grid_rows);
-    const auto node = [](int column, int row) { return static_cast<std::size_t>(row * grid_columns + column); };
-    return {{node(x.first, y.first), node(x.second, y.first), node(x.first, y.second), node(x.second, y.second)},
-            {(1 - x.share) * (1 - y.share), x.share * (1 - y.share), (1 - x.share) * y.share, x.share * y.share}};
 }
 
 /// The observations of all cells, cell by cell, each in the order of the views.
@@ -89,26 +74,55 @@ struct ByCell
     }
 };
 
-/// The unknowns of one channel: per view a number, then a grid.
-using Logs = std::vector<double>;
+/// The unknowns of all channels: per view a number, then a grid.
+using Logs = std::vector<Four>;
 constexpr std::size_t per_view = 1 + nodes;
+
+/// The unknowns that an observation depends on: its view's number, and the nodes from `corner` on, to the right and below, with
+/// their shares.
+struct Taps
+{
+    std::uint32_t number = 0;
+    std::uint32_t corner = 0;
+    std::array<float, 4> share{};
+};
+
+constexpr std::array<std::uint32_t, 4> around{0, 1, grid_columns, grid_columns + 1};
+
+Taps taps_at(std::uint32_t view, const std::array<float, 2>& at)
+{
+    const auto x = numerics::between<float>(at[0] * grid_columns - 0.5F, grid_columns);
+    const auto y = numerics::between<float>(at[1] * grid_rows - 0.5F, grid_rows);
+    // At the last node, which has none behind it, the one before has no share.
+    const int column = std::min(x.first, grid_columns - 2);
+    const int row = std::min(y.first, grid_rows - 2);
+    const float right = x.share + static_cast<float>(x.first - column);
+    const float down = y.share + static_cast<float>(y.first - row);
+    const auto number = static_cast<std::uint32_t>(view * per_view);
+    return {number,
+            number + 1 + static_cast<std::uint32_t>(row * grid_columns + column),
+            {(1 - right) * (1 - down), right * (1 - down), (1 - right) * down, right * down}};
+}
 
 class Equations
 {
   public:
     Equations(const std::vector<std::vector<CellColor>>& views, std::size_t cells)
-        : cells_(views, cells), taps_(cells_.observations.size()), weights_(cells_.observations.size()), shared_(views.size(), 0)
+        : cells_(views, cells), taps_(cells_.observations.size()), weights_(taps_.size()), colors_(taps_.size()),
+          shared_(views.size(), 0)
     {
         for (std::size_t i = 0; i < weights_.size(); ++i)
         {
-            taps_[i] = taps_at(cells_.observations[i].color->at);
-            weights_[i] = cells_.observations[i].color->weight;
+            const auto& [view, color] = cells_.observations[i];
+            taps_[i] = taps_at(view, color->at);
+            weights_[i] = color->weight;
+            colors_[i] = Four{color->log_rgb[0], color->log_rgb[1], color->log_rgb[2], 0};
         }
         cells_.each_shared(
             [&](std::size_t begin, std::size_t end)
             {
                 for (std::size_t i = begin; i < end; ++i)
-                    shared_[cells_.observations[i].view] += static_cast<double>(weights_[i]);
+                    shared_[cells_.observations[i].view] += weights_[i];
             });
     }
 
@@ -118,80 +132,90 @@ class Equations
     void level() { with_grids_ = true; }
 
     /// Weights from the differences that `logs` leave in each cell.
-    void reweigh(const std::array<Logs, 3>& logs, double scale)
+    void reweigh(const Logs& logs, float scale)
     {
-        std::vector<std::array<double, 3>> corrected;
+        Logs corrected;
         cells_.each_shared(
             [&](std::size_t begin, std::size_t end)
             {
-                corrected.assign(end - begin, {});
-                std::array<double, 3> mean{};
-                double total = 0;
+                corrected.clear();
+                Four mean{};
+                float total = 0;
                 for (std::size_t i = begin; i < end; ++i)
                 {
-                    total += static_cast<double>(weights_[i]);
-                    for (std::size_t c = 0; c < 3; ++c)
-                    {
-                        double& value = corrected[i - begin][c];
-                        value = static_cast<double>(cells_.observations[i].color->log_rgb[c]) + at(logs[c], i);
-                        mean[c] += static_cast<double>(weights_[i]) * value;
-                    }
+                    corrected.push_back(colors_[i] + at(logs, i));
+                    total += weights_[i];
+                    mean += weights_[i] * corrected.back();
                 }
+                mean /= total;
                 for (std::size_t i = begin; i < end; ++i)
                 {
-                    double squares = 0;
-                    for (std::size_t c = 0; c < 3; ++c)
-                        squares += std::pow(corrected[i - begin][c] - mean[c] / total, 2) / 3;
-                    weights_[i] = static_cast<float>(static_cast<double>(cells_.observations[i].color->weight) /
-                                                     std::pow(1 + squares / (scale * scale), 2));
+                    const Four off = corrected[i - begin] - mean;
+                    const Four squares = off * off;
+                    const float share = 1 + (squares[0] + squares[1] + squares[2]) / (3 * scale * scale);
+                    weights_[i] = cells_.observations[i].color->weight / (share * share);
                 }
             });
     }
 
-    /// Conjugate gradients (Hestenes and Stiefel 1952) with the diagonal as preconditioner, from `logs` on.
-    void improve(Logs& logs, std::size_t channel, const Progress& progress) const
+    /// Conjugate gradients (Hestenes and Stiefel 1952) with the diagonal as preconditioner, from `logs` on; all channels at once.
+    void improve(Logs& logs, const Progress& progress) const
     {
-        Logs residual = pull([&](std::size_t i)
-                             { return static_cast<double>(cells_.observations[i].color->log_rgb[channel]) + at(logs, i); });
+        Logs residual = pull([&](std::size_t i) { return colors_[i] + at(logs, i); });
         add_priors(logs, residual);
-        for (double& value : residual)
+        for (Four& value : residual)
             value = -value;
-        const Logs diagonal = scaling();
-        Logs direction(residual.size(), 0.0);
-        double before = 1;
+        const std::vector<float> diagonal = scaling();
+        Logs direction(residual.size(), Four{});
+        Four before = Four{} + 1;
+        Four enough{};
         for (int step = 0; step < steps_per_scale; ++step)
         {
             progress.check_canceled();
-            double now = 0;
-            for (std::size_t i = 0; i < residual.size(); ++i)
-                now += residual[i] * residual[i] / diagonal[i];
-            if (!(now > 0))
+            const Four now = total([&](std::size_t i) { return residual[i] * residual[i] / diagonal[i]; });
+            if (step == 0)
+                enough = now * settled_share;
+            const Four kept = step > 0 ? ratio(now, before) : Four{};
+            if (!(now[0] > enough[0] || now[1] > enough[1] || now[2] > enough[2]))
                 return;
             for (std::size_t i = 0; i < residual.size(); ++i)
-                direction[i] = residual[i] / diagonal[i] + (step > 0 ? now / before : 0.0) * direction[i];
+                direction[i] = residual[i] / diagonal[i] + kept * direction[i];
             before = now;
             Logs image = pull([&](std::size_t i) { return at(direction, i); });
             add_priors(direction, image);
-            double curvature = 0;
-            for (std::size_t i = 0; i < image.size(); ++i)
-                curvature += direction[i] * image[i];
-            if (!(curvature > 0))
-                return;
+            const Four length = ratio(now, total([&](std::size_t i) { return direction[i] * image[i]; }));
             for (std::size_t i = 0; i < image.size(); ++i)
             {
-                logs[i] += now / curvature * direction[i];
-                residual[i] -= now / curvature * image[i];
+                logs[i] += length * direction[i];
+                residual[i] -= length * image[i];
             }
         }
     }
 
   private:
-    double at(const Logs& logs, std::size_t i) const
+    /// Per channel; 0 where nothing is left.
+    static Four ratio(Four a, Four b) { return b > 0 ? a / b : Four{}; }
+
+    /// Over all unknowns.
+    template <class Value>
+    Four total(const Value& value) const
     {
-        const double* const view = logs.data() + cells_.observations[i].view * per_view;
-        double sum = view[0];
+        std::array<double, 3> sum{};
+        for (std::size_t i = 0; i < unknowns(); ++i)
+        {
+            const Four part = value(i);
+            for (std::size_t c = 0; c < 3; ++c)
+                sum[c] += static_cast<double>(part[c]);
+        }
+        return Four{static_cast<float>(sum[0]), static_cast<float>(sum[1]), static_cast<float>(sum[2]), 0};
+    }
+
+    Four at(const Logs& logs, std::size_t i) const
+    {
+        const Taps& taps = taps_[i];
+        Four sum = logs[taps.number];
         for (std::size_t k = 0; k < 4; ++k)
-            sum += static_cast<double>(taps_[i].share[k]) * view[1 + taps_[i].node[k]];
+            sum += taps.share[k] * logs[taps.corner + around[k]];
         return sum;
     }
 
@@ -199,27 +223,27 @@ class Equations
     template <class Value>
     Logs pull(const Value& value) const
     {
-        Logs gradient(unknowns(), 0.0);
-        std::vector<double> values;
+        Logs gradient(unknowns(), Four{});
+        Logs values;
         cells_.each_shared(
             [&](std::size_t begin, std::size_t end)
             {
                 values.clear();
-                double total = 0;
-                double sum = 0;
+                float weight = 0;
+                Four sum{};
                 for (std::size_t i = begin; i < end; ++i)
                 {
                     values.push_back(value(i));
-                    total += static_cast<double>(weights_[i]);
-                    sum += static_cast<double>(weights_[i]) * values.back();
+                    weight += weights_[i];
+                    sum += weights_[i] * values.back();
                 }
+                sum /= weight;
                 for (std::size_t i = begin; i < end; ++i)
                 {
-                    const double force = static_cast<double>(weights_[i]) * (values[i - begin] - sum / total);
-                    double* const view = gradient.data() + cells_.observations[i].view * per_view;
-                    view[0] += force;
+                    const Four force = weights_[i] * (values[i - begin] - sum);
+                    gradient[taps_[i].number] += force;
                     for (std::size_t k = 0; with_grids_ && k < 4; ++k)
-                        view[1 + taps_[i].node[k]] += static_cast<double>(taps_[i].share[k]) * force;
+                        gradient[taps_[i].corner + around[k]] += taps_[i].share[k] * force;
                 }
             });
         return gradient;
@@ -229,13 +253,13 @@ class Equations
     {
         for (std::size_t v = 0; v < shared_.size(); ++v)
         {
-            const double* const grid = logs.data() + v * per_view + 1;
-            double* const pulled = gradient.data() + v * per_view + 1;
+            const Four* const grid = logs.data() + v * per_view + 1;
+            Four* const pulled = gradient.data() + v * per_view + 1;
             pulled[-1] += number_prior * shared_[v] * grid[-1];
-            const double each = shared_[v] / static_cast<double>(nodes);
+            const float each = shared_[v] / static_cast<float>(nodes);
             const auto join = [&](std::size_t a, std::size_t b)
             {
-                const double force = stiffness * each * (grid[a] - grid[b]);
+                const Four force = stiffness * each * (grid[a] - grid[b]);
                 pulled[a] += force;
                 pulled[b] -= force;
             };
@@ -250,21 +274,20 @@ class Equations
         }
     }
 
-    Logs scaling() const
+    std::vector<float> scaling() const
     {
-        Logs diagonal(unknowns(), 1e-9);
+        std::vector<float> diagonal(unknowns(), 1e-9F);
         for (std::size_t v = 0; v < shared_.size(); ++v)
         {
             diagonal[v * per_view] += number_prior * shared_[v];
             for (std::size_t node = 0; node < nodes; ++node)
-                diagonal[v * per_view + 1 + node] += (grid_prior + 4 * stiffness) * shared_[v] / static_cast<double>(nodes);
+                diagonal[v * per_view + 1 + node] += (grid_prior + 4 * stiffness) * shared_[v] / static_cast<float>(nodes);
         }
         for (std::size_t i = 0; i < weights_.size(); ++i)
         {
-            double* const view = diagonal.data() + cells_.observations[i].view * per_view;
-            view[0] += static_cast<double>(weights_[i]);
+            diagonal[taps_[i].number] += weights_[i];
             for (std::size_t k = 0; k < 4; ++k)
-                view[1 + taps_[i].node[k]] += static_cast<double>(weights_[i] * taps_[i].share[k] * taps_[i].share[k]);
+                diagonal[taps_[i].corner + around[k]] += weights_[i] * taps_[i].share[k] * taps_[i].share[k];
         }
         return diagonal;
     }
@@ -272,7 +295,8 @@ class Equations
     ByCell cells_;
     std::vector<Taps> taps_;
     std::vector<float> weights_;
-    std::vector<double> shared_;  ///< Per view.
+    std::vector<Four> colors_;
+    std::vector<float> shared_;  ///< Per view.
     bool with_grids_ = false;
 };
 
@@ -306,34 +330,31 @@ std::vector<CellColor> cell_colors(const SampleBlocks& samples, int side)
 
 Gains no_gains()
 {
-    return {grid_columns, grid_rows, 3, 1.0F};
+    return {grid_columns, grid_rows, 4, 1.0F};
 }
 
 std::array<float, 3> gain_at(const Gains& gains, const std::array<float, 2>& at)
 {
-    std::array<float, 3> gain{};
-    sample_bilinear(gains, at[0], 1 - at[1], gain.data());
-    return gain;
+    const Four gain = four_between(gains, at[0], at[1]);
+    return {gain[0], gain[1], gain[2]};
 }
 
 std::vector<Gains> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress)
 {
     Equations equations(views, cells);
-    std::array<Logs, 3> logs;
-    logs.fill(Logs(equations.unknowns(), 0.0));
-    for (const double scale : scales)
+    Logs logs(equations.unknowns(), Four{});
+    for (const float scale : scales)
     {
         if (scale <= leveled_from)
             equations.level();
-        parallel_items(std::size_t{3}, 1, progress, [&](std::size_t c) { equations.improve(logs[c], c, progress); });
+        equations.improve(logs, progress);
         equations.reweigh(logs, scale);
     }
     std::vector<Gains> gains(views.size(), no_gains());
     for (std::size_t v = 0; v < views.size(); ++v)
         for (std::size_t node = 0; node < nodes; ++node)
             for (std::size_t c = 0; c < 3; ++c)
-                gains[v].values[3 * node + c] =
-                    static_cast<float>(std::exp(logs[c][v * per_view] + logs[c][v * per_view + 1 + node]));
+                gains[v].values[4 * node + c] = std::exp(logs[v * per_view][c] + logs[v * per_view + 1 + node][c]);
     return gains;
 }
 

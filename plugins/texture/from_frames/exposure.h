@@ -32,7 +32,7 @@ struct CellColor
 /// order of the cells. `side`: cells a side of the texture.
 std::vector<CellColor> cell_colors(const SampleBlocks& samples, int side);
 
-/// Factors of a picture's channels, which change slowly over it: 12 x 9 nodes, bilinear between them.
+/// Factors of a picture's channels, which change slowly over it: 12 x 9 nodes of RGB and a fourth 1, bilinear between them.
 using Gains = RasterF;
 Gains no_gains();
 /// \param at  place in the picture, in [0,1], rightward and downward
@@ -46,7 +46,7 @@ std::array<float, 3> gain_at(const Gains& gains, const std::array<float, 2>& at)
 /// differences at borders, for views that overlap rather than abut. The priors anchor it: errors that add up along a chain of
 /// views fade over 1/√κ = 14 of them, and views that share no cell keep their colors. Weights follow the residuals (Geman and
 /// McClure 1987, from a wide scale down to 0.1; one weight for all channels), so that highlights and occluders count little.
-/// Conjugate gradients, one thread per channel. Throws Canceled. \param views  CellColors per view, each in the order of the
+/// Conjugate gradients. Throws Canceled. \param views  CellColors per view, each in the order of the
 /// cells
 std::vector<Gains> exposure_gains(const std::vector<std::vector<CellColor>>& views, std::size_t cells, const Progress& progress);
 

@@ -5,11 +5,13 @@
 #include <fresco/images/sharpness.h>
 #include <fresco/numerics/noise.h>
 #include <fresco/numerics/numerics.h>
+#include <fresco/numerics/wide_vectors.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -20,7 +22,6 @@ namespace fresco::from_frames
 namespace
 {
 
-constexpr float packed_steps = 32767;
 constexpr float median_factor = 3;
 constexpr float rounded = 0.02F;
 constexpr int median_rounds = 6;
@@ -30,62 +31,94 @@ constexpr float saturates_from = 0.9F;
 constexpr float saturated_weight = 0.3F;
 
 using Color = std::array<float, 3>;
+using namespace numerics::wide_vectors;
 
+/// The samples of a texel, a vector per number and lane; those without weight fill up.
 struct Weighted
 {
-    float weight = 0;
-    Color rgb{};
+    std::size_t vectors = 0;
+    std::array<Floats, most_places / lanes> weight;
+    std::array<std::array<Floats, most_places / lanes>, 3> rgb;
 };
 
-float distance(const Color& a, const Color& b)
+/// Makes all lanes the sum of all.
+void add_lanes(Floats& v)
 {
-    float sum = 0;
+    Four low;
+    Four high;
+    std::memcpy(&low, &v, sizeof low);
+    std::memcpy(&high, &v[lanes / 2], sizeof high);
+    low += high;
+    v = Floats{} + ((low[0] + low[2]) + (low[1] + low[3]));
+}
+
+/// Root mean square of the channels' differences, to five digits: by Newton's iterations, as vectors have no square roots.
+void distance(const Weighted& samples, std::size_t i, const std::array<Floats, 3>& center, Floats& result)
+{
+    Floats sum{};
     for (std::size_t c = 0; c < 3; ++c)
-        sum += (a[c] - b[c]) * (a[c] - b[c]);
-    return std::sqrt(sum / 3);
+        sum += (samples.rgb[c][i] - center[c]) * (samples.rgb[c][i] - center[c]);
+    sum *= 1.0F / 3;
+    Floats inverse_root = (Floats)(0x5f375a86 - ((Ints)sum >> 1));
+    for (int round = 0; round < 2; ++round)
+        inverse_root *= 1.5F - 0.5F * sum * inverse_root * inverse_root;
+    result = sum * inverse_root;
 }
 
 /// The color with the least weighted sum of distances to the samples (Weiszfeld 1937), distances below `rounded` being
 /// flattened: unlike the nearest sample, it changes steadily where weights do.
-Color geometric_median(std::span<const Weighted> samples)
+void geometric_median(const Weighted& samples, std::array<Floats, 3>& center)
 {
-    Color center{};
     for (int round = 0; round <= median_rounds; ++round)
     {
-        Color sum{};
-        float total = 0;
-        for (const Weighted& sample : samples)
+        std::array<Floats, 3> sum{};
+        Floats total{};
+        for (std::size_t i = 0; i < samples.vectors; ++i)
         {
-            const float weight = round == 0 ? sample.weight : sample.weight / (rounded + distance(sample.rgb, center));
+            Floats weight = samples.weight[i];
+            if (round > 0)
+            {
+                Floats apart;
+                distance(samples, i, center, apart);
+                weight /= rounded + apart;
+            }
             total += weight;
             for (std::size_t c = 0; c < 3; ++c)
-                sum[c] += weight * sample.rgb[c];
+                sum[c] += weight * samples.rgb[c][i];
         }
+        add_lanes(total);
         for (std::size_t c = 0; c < 3; ++c)
+        {
+            add_lanes(sum[c]);
             center[c] = sum[c] / total;
+        }
     }
-    return center;
 }
 
-/// Half of the weight is at most so far from `center`.
-float median_distance(std::span<const Weighted> samples, const Color& center)
+/// The least distance that at least half of the weight does not exceed.
+float median_distance(const Weighted& samples, std::size_t count, const std::array<Floats, most_places / lanes>& distances)
 {
-    std::array<std::pair<float, float>, most_places> by_distance;
-    float total = 0;
-    for (std::size_t i = 0; i < samples.size(); ++i)
+    Floats total{};
+    for (std::size_t i = 0; i < samples.vectors; ++i)
+        total += samples.weight[i];
+    add_lanes(total);
+    float least = std::numeric_limits<float>::max();
+    for (std::size_t s = 0; s < count; ++s)
     {
-        by_distance[i] = {distance(samples[i].rgb, center), samples[i].weight};
-        total += samples[i].weight;
+        const float limit = distances[s / lanes][s % lanes];
+        if (limit >= least)
+            continue;
+        Floats within{};
+        for (std::size_t i = 0; i < samples.vectors; ++i)
+            within += distances[i] <= limit ? samples.weight[i] : Floats{};
+        add_lanes(within);
+        if (within[0] * 2 >= total[0])
+            least = limit;
     }
-    std::sort(by_distance.begin(), by_distance.begin() + static_cast<std::ptrdiff_t>(samples.size()));
-    float sum = 0;
-    for (std::size_t i = 0; i < samples.size(); ++i)
-        if ((sum += by_distance[i].second) * 2 >= total)
-            return by_distance[i].first;
-    return by_distance[samples.size() - 1].first;
+    return least;
 }
 
-KeptSample exposed(const TexelSample& sample, float weight_factor, Color gain)
+KeptSample kept_with(const TexelSample& sample, float weight_factor, Color gain)
 {
     const float saturation = noise::smooth_step(saturates_from, 1, std::max({sample.rgb[0], sample.rgb[1], sample.rgb[2]}));
     const float of_white = std::max({1.0F, gain[0], gain[1], gain[2]});
@@ -94,63 +127,88 @@ KeptSample exposed(const TexelSample& sample, float weight_factor, Color gain)
     return {sample.weight * weight_factor * (1 + (saturated_weight - 1) * saturation), gain};
 }
 
-/// Moves the samples from `place` on by one place, to put in another. Returns what falls out at the end.
-KeptSample put(KeptSample sample, std::span<KeptSample> places, std::span<KeptSample>::iterator place)
+/// Puts a sample where it belongs. Returns the one that falls out at the end.
+KeptSample put(KeptSample sample, std::span<KeptSample> places)
 {
-    for (; place != places.end(); ++place)
-        std::swap(*place, sample);
+    bool is_in = false;
+    for (KeptSample& place : places)
+    {
+        is_in = is_in || sample.heavier_than(place);
+        const KeptSample before = place;
+        place = is_in ? sample : before;
+        sample = is_in ? before : sample;
+    }
     return sample;
 }
 
 }  // namespace
 
-KeptSample::KeptSample(float weight, const std::array<float, 3>& rgb)
-    : weight_(static_cast<std::uint16_t>(std::bit_cast<std::uint32_t>(weight) >> 16U))
+FRESCO_WIDE_VECTORS std::vector<ExposedSample> exposed(std::span<const TexelSample> samples, float weight_factor,
+                                                       const Gains* gains)
 {
-    for (std::size_t c = 0; c < 3; ++c)
-        rgb_[c] = static_cast<std::uint16_t>(std::clamp(rgb[c] * packed_steps + 0.5F, 0.0F, 65535.0F));
+    std::vector<ExposedSample> result;
+    result.reserve(samples.size());
+    for (const TexelSample& sample : samples)
+    {
+        const KeptSample kept = gains != nullptr ? kept_with(sample, weight_factor, gain_at(*gains, sample.at))
+                                                 : KeptSample(sample.weight * weight_factor, sample.rgb);
+        if (!kept.empty())
+            result.push_back({sample.texel, kept});
+    }
+    return result;
 }
 
-float KeptSample::weight() const
-{
-    return std::bit_cast<float>(std::uint32_t{weight_} << 16U);
-}
-
-std::array<float, 3> KeptSample::rgb() const
-{
-    return {static_cast<float>(rgb_[0]) / packed_steps, static_cast<float>(rgb_[1]) / packed_steps,
-            static_cast<float>(rgb_[2]) / packed_steps};
-}
-
-Blend blended(std::span<const KeptSample> samples, float nearest)
+FRESCO_WIDE_VECTORS Blend blended(std::span<const KeptSample> samples, float nearest)
 {
     // Samples heavier than the last place take part; if all are equally heavy, all do.
     const float threshold = samples.front().heavier_than(samples.back()) ? samples.back().weight() : 0;
-    std::array<Weighted, most_places> used_places;
+    Weighted used;
     std::size_t count = 0;
+    const auto put = [&](float weight, const Color& rgb)
+    {
+        used.weight[count / lanes][count % lanes] = weight;
+        for (std::size_t c = 0; c < 3; ++c)
+            used.rgb[c][count / lanes][count % lanes] = rgb[c];
+    };
     for (const KeptSample& sample : samples)
         if (const float weight = sample.weight(); weight > threshold)
-            used_places[count++] = {weight - threshold, sample.rgb()};
-    const std::span<const Weighted> used(used_places.data(), count);
-
+        {
+            put(weight - threshold, sample.rgb());
+            ++count;
+        }
     Blend result;
     result.used = static_cast<int>(count);
-    const Color center = geometric_median(used);
-    const float limit = std::max(nearest, median_factor * median_distance(used, center));
-    Color sum{};
-    float total = 0;
-    for (const Weighted& sample : used)
+    for (; count % lanes != 0; ++count)
+        put(0, {});
+    used.vectors = count / lanes;
+
+    std::array<Floats, 3> center;
+    geometric_median(used, center);
+    std::array<Floats, most_places / lanes> distances;
+    for (std::size_t i = 0; i < used.vectors; ++i)
+        distance(used, i, center, distances[i]);
+    const auto samples_count = static_cast<std::size_t>(result.used);
+    const float limit = std::max(nearest, median_factor * median_distance(used, samples_count, distances));
+    std::array<Floats, 3> sum{};
+    Floats total{};
+    for (std::size_t i = 0; i < used.vectors; ++i)
     {
-        const float ratio = distance(sample.rgb, center) / limit;
-        const float share = std::max(0.0F, 1 - ratio * ratio);
-        result.rejected += share == 0;
-        const float weight = sample.weight * (share * share);
+        const Floats ratio = distances[i] * (1 / limit);
+        Floats share = 1 - ratio * ratio;
+        share = share > 0 ? share : Floats{};
+        for (std::size_t lane = 0; lane < lanes; ++lane)
+            result.rejected += share[lane] == 0 && used.weight[i][lane] > 0;
+        const Floats weight = used.weight[i] * (share * share);
         total += weight;
         for (std::size_t c = 0; c < 3; ++c)
-            sum[c] += weight * sample.rgb[c];
+            sum[c] += weight * used.rgb[c][i];
     }
+    add_lanes(total);
     for (std::size_t c = 0; c < 3; ++c)
-        result.rgb[c] = std::clamp(sum[c] / total, 0.0F, 1.0F);
+    {
+        add_lanes(sum[c]);
+        result.rgb[c] = std::clamp(sum[c][0] / total[0], 0.0F, 1.0F);
+    }
     return result;
 }
 
@@ -166,31 +224,27 @@ BestSamples::BestSamples(std::size_t texels, std::size_t places, std::size_t fir
 {
 }
 
-void BestSamples::add(std::span<const TexelSample> samples, float weight_factor, const Gains* gains)
+FRESCO_WIDE_VECTORS void BestSamples::add(std::span<const ExposedSample> samples)
 {
-    for (const TexelSample& sample : samples)
+    for (const ExposedSample& sample : samples)
     {
-        const KeptSample kept = gains != nullptr ? exposed(sample, weight_factor, gain_at(*gains, sample.at))
-                                                 : KeptSample(sample.weight * weight_factor, sample.rgb);
-        if (kept.empty())
-            continue;
-        const auto place_in = [&](std::span<KeptSample> places)
-        { return std::ranges::find_if(places, [&](const KeptSample& other) { return kept.heavier_than(other); }); };
         std::uint32_t& number = heavier_of_[sample.texel - first_];
         if (number == 0)
         {
             number = heavier_.make();
             lighter_of_.push_back(0);
         }
+        const std::uint32_t full = lighter_of_[number - 1];
+        if (full != 0 && !sample.kept.heavier_than(lighter_[full].back()))
+            continue;
         const std::span<KeptSample> heavier = heavier_[number];
-        const KeptSample out = put(kept, heavier, place_in(heavier));
+        const KeptSample out = sample.kept.heavier_than(heavier.back()) ? put(sample.kept, heavier) : sample.kept;
         if (out.empty())
             continue;
         std::uint32_t& more = lighter_of_[number - 1];
         if (more == 0)
             more = lighter_.make();
-        const std::span<KeptSample> lighter = lighter_[more];
-        put(out, lighter, place_in(lighter));  // At the front if the sample lies among the heavier ones.
+        put(out, lighter_[more]);
     }
 }
 
@@ -210,9 +264,14 @@ std::span<const KeptSample> BestSamples::of(std::size_t texel, std::span<KeptSam
 namespace
 {
 
-constexpr int rows_per_block = 32;
+/// The samples of so many rows fit into a processor's cache …
+constexpr int rows_per_block = 8;
+/// … where those of so many views are added to them.
+constexpr std::size_t views_at_once = 8;
 /// Cells a side of the texture that exposures are compared on.
 constexpr int exposure_cells = 512;
+/// Rows of the maps that suffice for it.
+constexpr int survey_height = 240;
 /// As frames.sharpest measures it by default.
 constexpr int sharpness_width = 320;
 constexpr int sharpness_height = 240;
@@ -231,6 +290,36 @@ struct Survey
     std::vector<RejectedPixels> rejected;
     int side = 0;  ///< Side of the colors' texture, in cells.
 };
+
+template <class T>
+Raster<T> every_nth(const Raster<T>& raster, int n)
+{
+    Raster<T> result(raster.width / n, raster.height / n, raster.channels);
+    for (int y = 0; y < result.height; ++y)
+        for (int x = 0; x < result.width; ++x)
+            std::copy_n(&raster.at(n * x, n * y), raster.channels, &result.at(x, y));
+    return result;
+}
+
+/// The cells that a view shows of the coarse texture. Cells are wider than pixels, so that every n-th pixel of a large map
+/// suffices; places are then off by less than a cell.
+std::vector<CellColor> surveyed(const View& view, const RejectedPixels& rejected, int side, const TextureRules& rules)
+{
+    const int n = std::max(1, view.map.valid.height / survey_height);
+    const UvMap map = n == 1 ? view.map
+                             : UvMap{every_nth(view.map.uv, n), every_nth(view.map.depth, n), every_nth(view.map.cosine, n),
+                                     every_nth(view.map.valid, n)};
+    RejectedPixels rejected_of_map;
+    for (int y = 0; !rejected.empty() && y < map.valid.height; ++y)
+        for (int x = 0; x < map.valid.width; ++x)
+            rejected_of_map.push_back(rejected[view.map.valid.index(n * x, n * y)]);
+    const PixelLinks links(map, view.camera);
+    auto weights = view_weights(map, links, view.camera, rejected_of_map, rules.size_px);
+    for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
+        if (weights.trust.values[pixel] == 0)
+            weights.weight.values[pixel] = 0;
+    return cell_colors(gather(map, links, weights.weight, PicturePyramid(view.picture), {side, side, true}), side);
+}
 
 Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress)
 {
@@ -252,14 +341,7 @@ Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rul
                            result.sequences[i] = view.sequence;
                            result.sharpness[i] = sharpness(view.picture, sharpness_width, sharpness_height);
                            result.rejected[i] = rejected_pixels(view.map, view.measured);
-                           const PixelLinks links(view.map, view.camera);
-                           auto weights = view_weights(view.map, links, view.camera, result.rejected[i], rules.size_px);
-                           for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
-                               if (weights.trust.values[pixel] == 0)
-                                   weights.weight.values[pixel] = 0;
-                           result.colors[i] = cell_colors(gather(view.map, links, weights.weight, PicturePyramid(view.picture),
-                                                                 {result.side, result.side, true}),
-                                                          result.side);
+                           result.colors[i] = surveyed(view, result.rejected[i], result.side, rules);
                        });
         progress.progress(static_cast<double>(end), static_cast<double>(2 * count), "views");
     }
@@ -278,7 +360,7 @@ float solve_exposure(Survey& found, const TextureRules& rules, FramesTexture& re
     {
         BestSamples best(1, places);
         for (const TexelSample& sample : samples)
-            best.add({&sample, 1}, 1, nullptr);
+            best.add(exposed(std::span(&sample, 1), 1, nullptr));
         std::array<KeptSample, most_places> kept;
         return blended(best.of(0, kept)).rgb;
     };
@@ -304,13 +386,14 @@ float solve_exposure(Survey& found, const TextureRules& rules, FramesTexture& re
 
 struct Gathered
 {
-    SampleBlocks samples;
+    std::vector<std::vector<ExposedSample>> samples;  ///< Per block.
     std::size_t pixels = 0;
     std::size_t edge_pixels = 0;
     std::size_t rejected_pixels = 0;
 };
 
-Gathered gathered(const View& view, const RejectedPixels& rejected, const TextureRules& rules)
+Gathered gathered(const View& view, const RejectedPixels& rejected, float sharpness, const Gains& gains,
+                  const TextureRules& rules)
 {
     const PixelLinks links(view.map, view.camera);
     const auto weights = view_weights(view.map, links, view.camera, rejected, rules.size_px);
@@ -319,8 +402,9 @@ Gathered gathered(const View& view, const RejectedPixels& rejected, const Textur
         std::count_if(view.map.valid.values.begin(), view.map.valid.values.end(), [](auto v) { return v != 0; }));
     result.edge_pixels = weights.edge_pixels;
     result.rejected_pixels = static_cast<std::size_t>(std::ranges::count(rejected, true));
-    result.samples =
-        gather(view.map, links, weights.weight, PicturePyramid(view.picture), {rules.size_px, rows_per_block, false});
+    for (const auto& samples :
+         gather(view.map, links, weights.weight, PicturePyramid(view.picture), {rules.size_px, rows_per_block, false}))
+        result.samples.push_back(exposed(samples, sharpness, &gains));
     return result;
 }
 
@@ -329,19 +413,23 @@ void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReade
           const std::vector<RejectedPixels>& rejected, const TextureRules& rules, Progress& progress)
 {
     const std::size_t count = result.gains.size();
-    const auto batch = static_cast<std::size_t>(std::max(1, progress.threads()));
+    const auto batch = std::max(views_at_once, static_cast<std::size_t>(progress.threads()));
     for (std::size_t begin = 0; begin < count; begin += batch)
     {
         const std::size_t end = std::min(begin + batch, count);
         std::vector<Gathered> views(end - begin);
         parallel_items(views.size(), 1, progress,
-                       [&](std::size_t i) { views[i] = gathered(read(begin + i, false), rejected[begin + i], rules); });
+                       [&](std::size_t i)
+                       {
+                           const std::size_t view = begin + i;
+                           views[i] = gathered(read(view, false), rejected[view], static_cast<float>(result.sharpness[view]),
+                                               result.gains[view], rules);
+                       });
         parallel_items(best.size(), 1, progress,
                        [&](std::size_t block)
                        {
-                           for (std::size_t i = begin; i < end; ++i)
-                               best[block].add(views[i - begin].samples[block], static_cast<float>(result.sharpness[i]),
-                                               &result.gains[i]);
+                           for (const Gathered& view : views)
+                               best[block].add(view.samples[block]);
                        });
         for (const Gathered& view : views)
         {

@@ -8,7 +8,9 @@
 #include <fresco/parallel.h>
 #include <fresco/uv_maps.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -30,17 +32,39 @@ class KeptSample
     KeptSample() = default;
     /// \param weight  above 0; kept to 1/256 of itself, rounded down
     /// \param rgb     each from 0 to 2, kept to 1/32767
-    KeptSample(float weight, const std::array<float, 3>& rgb);
+    KeptSample(float weight, const std::array<float, 3>& rgb)
+        : bits_(std::uint64_t{std::bit_cast<std::uint32_t>(weight) >> 16U} << 48U)
+    {
+        for (std::size_t c = 0; c < 3; ++c)
+            bits_ |= static_cast<std::uint64_t>(std::clamp(rgb[c] * steps + 0.5F, 0.0F, 65535.0F)) << (16 * c);
+    }
 
-    bool empty() const { return weight_ == 0; }
-    float weight() const;
-    std::array<float, 3> rgb() const;
-    bool heavier_than(const KeptSample& other) const { return weight_ > other.weight_; }
+    bool empty() const { return weight_bits() == 0; }
+    float weight() const { return std::bit_cast<float>(static_cast<std::uint32_t>(weight_bits()) << 16U); }
+    std::array<float, 3> rgb() const
+    {
+        const auto channel = [&](unsigned c) { return static_cast<float>(bits_ >> (16 * c) & 0xffffU) * (1 / steps); };
+        return {channel(0), channel(1), channel(2)};
+    }
+    bool heavier_than(const KeptSample& other) const { return weight_bits() > other.weight_bits(); }
 
   private:
-    std::uint16_t weight_ = 0;  ///< The upper half of a float.
-    std::array<std::uint16_t, 3> rgb_{};
+    static constexpr float steps = 32767;
+
+    std::uint64_t weight_bits() const { return bits_ >> 48U; }
+
+    std::uint64_t bits_ = 0;  ///< The upper half of a float, then blue, green and red.
 };
+
+struct ExposedSample
+{
+    std::uint32_t texel = 0;
+    KeptSample kept;
+};
+
+/// Multiplies the samples' weights and colors by the factors (colors clamped to 2) and leaves those without weight out. With
+/// gains, saturated samples stay white, since factors would tint them, and count 0.3 times, since their brightness is unknown.
+std::vector<ExposedSample> exposed(std::span<const TexelSample> samples, float weight_factor, const Gains* gains);
 
 /// Samples this near to the others are never rejected.
 constexpr float least_distance = 0.15F;
@@ -72,10 +96,8 @@ class BestSamples
     /// number.
     BestSamples(std::size_t texels, std::size_t places, std::size_t first = 0);
 
-    /// Adds samples of one view, each texel at most once; their weights and colors are multiplied by the factors (colors clamped
-    /// to 2). With gains, saturated samples stay white, since factors would tint them, and count 0.3 times, since their
-    /// brightness is unknown. Of equally heavy samples the first stays.
-    void add(std::span<const TexelSample> samples, float weight_factor, const Gains* gains);
+    /// Keeps the first of equally heavy samples.
+    void add(std::span<const ExposedSample> samples);
 
     /// All places of a texel, heaviest first, empty ones last, in `out`, which has most_places. Empty if no view shows it.
     std::span<const KeptSample> of(std::size_t texel, std::span<KeptSample, most_places> out) const;
@@ -143,7 +165,7 @@ struct FramesTexture
 };
 
 /// Makes the texture of `count` views. Reads them twice, as many at a time as there are threads; memory grows with their number
-/// only by 150 kB a view and a bit for each pixel of its map. The same bytes for any number of threads. Throws Error if no
+/// only by 200 kB a view and a bit for each pixel of its map. The same bytes for any number of threads. Throws Error if no
 /// view shows a texel, Canceled, and the exceptions of `read`.
 FramesTexture frames_texture(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress);
 

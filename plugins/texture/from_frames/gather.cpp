@@ -1,24 +1,55 @@
 #include "gather.h"
 
 #include <fresco/math.h>
-#include <fresco/texture.h>
+#include <fresco/numerics/wide_vectors.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 namespace fresco::from_frames
 {
 
+namespace
+{
+
+RasterF halved(const RasterF& level)
+{
+    if (level.width % 2 != 0 || level.height % 2 != 0)
+        return resized(level, level.width / 2, level.height / 2);
+    RasterF half(level.width / 2, level.height / 2, 4);
+    for (int y = 0; y < half.height; ++y)
+        for (int x = 0; x < half.width; ++x)
+        {
+            Four sum{};
+            for (const int row : {2 * y, 2 * y + 1})
+                for (const int column : {2 * x, 2 * x + 1})
+                {
+                    Four pixel;
+                    std::memcpy(&pixel, &level.at(column, row), sizeof pixel);
+                    sum += pixel;
+                }
+            sum *= 0.25F;
+            std::memcpy(&half.at(x, y), &sum, sizeof sum);
+        }
+    return half;
+}
+
+}  // namespace
+
 PicturePyramid::PicturePyramid(const Raster8& rgb)
 {
-    RasterF level(rgb.width, rgb.height, 3);
-    std::transform(rgb.values.begin(), rgb.values.end(), level.values.begin(),
-                   [](std::uint8_t v) { return static_cast<float>(v) / 255; });
+    RasterF level(rgb.width, rgb.height, 4);
+    for (std::size_t i = 0; i < rgb.values.size() / 3; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            level.values[4 * i + c] = static_cast<float>(rgb.values[3 * i + c]) / 255;
     levels_.push_back(std::move(level));
     while (levels_.back().width > 1 && levels_.back().height > 1)
-        levels_.push_back(resized(levels_.back(), levels_.back().width / 2, levels_.back().height / 2));
+        levels_.push_back(halved(levels_.back()));
 }
 
 PicturePyramid::Lod PicturePyramid::lod(double footprint) const
@@ -28,20 +59,12 @@ PicturePyramid::Lod PicturePyramid::lod(double footprint) const
     return {level, static_cast<float>(lod - static_cast<double>(level))};
 }
 
-std::array<float, 3> PicturePyramid::at(double x, double y, Lod lod) const
+std::array<float, 3> PicturePyramid::at(const std::array<float, 2>& place, Lod lod) const
 {
-    const auto u = static_cast<float>(x / width());
-    const auto v = static_cast<float>(1 - y / height());
-    std::array<float, 3> color{};
-    sample_bilinear(levels_[lod.level], u, v, color.data());
+    Four color = four_between(levels_[lod.level], place[0], place[1]);
     if (lod.share > 0)
-    {
-        std::array<float, 3> coarse{};
-        sample_bilinear(levels_[lod.level + 1], u, v, coarse.data());
-        for (std::size_t c = 0; c < 3; ++c)
-            color[c] += (coarse[c] - color[c]) * lod.share;
-    }
-    return color;
+        color += (four_between(levels_[lod.level + 1], place[0], place[1]) - color) * lod.share;
+    return {color[0], color[1], color[2]};
 }
 
 namespace
@@ -110,26 +133,29 @@ void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
 {
     const int width = valid_.width;
     const int height = valid_.height;
-    const Camera own{camera.intrinsics.scaled_to(width, height), {}};
-    std::vector<Vec3d> points;
-    points.reserve(map.depth.values.size());
+    const Intrinsics own = camera.intrinsics.scaled_to(width, height);
+    std::vector<Vec3d> points(map.depth.values.size());
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
-            points.push_back(own.ray(x + 0.5, y + 0.5) * static_cast<double>(map.depth.at(x, y)));
-    const auto point = [&](int x, int y) { return points[static_cast<std::size_t>(y) * width + x]; };
-    // Squared texture per meter of the link to (x + dx, y + dy).
-    const auto density = [&](int x, int y, int dx, int dy)
+        {
+            const auto depth = static_cast<double>(map.depth.at(x, y));
+            points[map.depth.index(x, y)] = {(x + 0.5 - own.cx) / own.fx * depth, (y + 0.5 - own.cy) / own.fy * depth, depth};
+        }
+    const auto point = [&](int x, int y) { return points[map.depth.index(x, y)]; };
+    // Squared length of the link to (x + dx, y + dy) in the texture, and in the world.
+    const auto in_texture = [&](int x, int y, int dx, int dy)
     {
         const double du = static_cast<double>(map.uv.at(x + dx, y + dy, 0)) - static_cast<double>(map.uv.at(x, y, 0));
         const double dv = static_cast<double>(map.uv.at(x + dx, y + dy, 1)) - static_cast<double>(map.uv.at(x, y, 1));
-        return (du * du + dv * dv) / squared(point(x + dx, y + dy) - point(x, y));
+        return du * du + dv * dv;
     };
+    const auto in_world = [&](int x, int y, int dx, int dy) { return squared(point(x + dx, y + dy) - point(x, y)); };
     std::vector<double> samples;
     std::size_t number = 0;
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
             if (has(x, y, surface_right) && number++ % sample_distance == 0)
-                samples.push_back(density(x, y, 1, 0));
+                samples.push_back(in_texture(x, y, 1, 0) / in_world(x, y, 1, 0));
     if (samples.empty())
         return;
     const auto quartile = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 4);
@@ -139,9 +165,9 @@ void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
-            if (has(x, y, surface_right) && density(x, y, 1, 0) <= most)
+            if (has(x, y, surface_right) && in_texture(x, y, 1, 0) <= most * in_world(x, y, 1, 0))
                 links_.at(x, y) |= texels_right;
-            if (has(x, y, surface_down) && density(x, y, 0, 1) <= most)
+            if (has(x, y, surface_down) && in_texture(x, y, 0, 1) <= most * in_world(x, y, 0, 1))
                 links_.at(x, y) |= texels_down;
         }
 }
@@ -195,32 +221,30 @@ RasterF distance_to(const Raster8& marked)
 {
     const int width = marked.width;
     const int height = marked.height;
-    RasterF distance(width, height, 1, far_away);
-    for (std::size_t i = 0; i < marked.values.size(); ++i)
-        if (marked.values[i] != 0)
-            distance.values[i] = 0;
-    constexpr float diagonal = std::numbers::sqrt2_v<float>;
-    const auto take = [&](int x, int y, int from_x, int from_y, float step)
-    {
-        if (from_x >= 0 && from_x < width && from_y >= 0 && from_y < height)
-            distance.at(x, y) = std::min(distance.at(x, y), distance.at(from_x, from_y) + step);
-    };
+    // With a border of its own, where everything is far away.
+    RasterF padded(width + 2, height + 2, 1, far_away);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
+            if (marked.at(x, y) != 0)
+                padded.at(x + 1, y + 1) = 0;
+    constexpr float diagonal = std::numbers::sqrt2_v<float>;
+    const auto pass = [&](int step)  // Through the rows and the columns: 1 forward, -1 backward.
+    {
+        for (int row = 1; row <= height; ++row)
         {
-            take(x, y, x - 1, y, 1);
-            take(x, y, x - 1, y - 1, diagonal);
-            take(x, y, x, y - 1, 1);
-            take(x, y, x + 1, y - 1, diagonal);
+            const int y = step > 0 ? row : height + 1 - row;
+            float* here = &padded.at(step > 0 ? 1 : width, y);
+            const float* before = &padded.at(step > 0 ? 1 : width, y - step);
+            for (int i = 0; i < width; ++i, here += step, before += step)
+                *here = std::min(std::min(*here, here[-step] + 1),
+                                 std::min(before[0] + 1, std::min(before[-1], before[1]) + diagonal));
         }
-    for (int y = height - 1; y >= 0; --y)
-        for (int x = width - 1; x >= 0; --x)
-        {
-            take(x, y, x + 1, y, 1);
-            take(x, y, x + 1, y + 1, diagonal);
-            take(x, y, x, y + 1, 1);
-            take(x, y, x - 1, y + 1, diagonal);
-        }
+    };
+    pass(1);
+    pass(-1);
+    RasterF distance(width, height);
+    for (int y = 0; y < height; ++y)
+        std::copy_n(&padded.at(1, y + 1), width, &distance.at(0, y));
     return distance;
 }
 
@@ -289,11 +313,18 @@ constexpr double rounding = 1e-9;
 /// A pixel center of the map in the texture.
 struct Corner
 {
-    double x = 0;  ///< In texels, whole numbers are texel centers, rightwards …
-    double y = 0;  ///< … and downwards.
-    double column = 0;
-    double row = 0;
+    double x = 0;       ///< In texels, whole numbers are texel centers, rightwards …
+    double y = 0;       ///< … and downwards.
+    double across = 0;  ///< In the picture, in [0,1], rightward …
+    double down = 0;    ///< … and downward.
     double weight = 0;
+};
+
+struct Linked
+{
+    Corner corner;
+    bool right;
+    bool down;
 };
 
 double cross(const Corner& a, const Corner& b, const Corner& c)
@@ -306,34 +337,51 @@ class Gatherer
   public:
     Gatherer(const UvMap& map, const PixelLinks& links, const RasterF& weight, const PicturePyramid& picture,
              const GatherTarget& target)
-        : map_(map), links_(links), weight_(weight), picture_(picture), target_(target),
-          scale_x_(static_cast<double>(picture.width()) / map.valid.width),
-          scale_y_(static_cast<double>(picture.height()) / map.valid.height), squares_(map.valid.width, map.valid.height)
+        : map_(map), links_(links), weight_(weight), picture_(picture), target_(target), share_x_(1.0 / map.valid.width),
+          share_y_(1.0 / map.valid.height), pixels_(picture.width() * share_x_ * picture.height() * share_y_),
+          squares_(map.valid.width, map.valid.height)
     {
         blocks_.resize(static_cast<std::size_t>((target.size_px + target.rows_per_block - 1) / target.rows_per_block));
     }
 
-    SampleBlocks gathered()
+    FRESCO_WIDE_VECTORS SampleBlocks gathered()
     {
+        load_row(0);
         for (int y = 0; y + 1 < weight_.height; ++y)
+        {
+            std::swap(upper_, lower_);
+            load_row(y + 1);
             for (int x = 0; x + 1 < weight_.width; ++x)
                 draw_square(x, y);
+        }
         if (!target_.between_only)
             for (int y = 0; y < weight_.height; ++y)
                 for (int x = 0; x < weight_.width; ++x)
                     if (squares_.at(x, y) < 4 && weight_.at(x, y) > 0)
                         splat(x, y);
+        std::vector<std::uint32_t> places(texels_per_block(), none);
         for (std::size_t block = 0; block < blocks_.size(); ++block)
-            keep_heaviest(block);
+        {
+            keep_heaviest(block, places);
+            for (const TexelSample& sample : blocks_[block])
+                places[sample.texel - block * texels_per_block()] = none;
+        }
         return std::move(blocks_);
     }
 
   private:
+    static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+    std::size_t texels_per_block() const
+    {
+        return static_cast<std::size_t>(target_.rows_per_block) * static_cast<std::size_t>(target_.size_px);
+    }
+
     Corner corner(int x, int y) const
     {
         return {static_cast<double>(map_.uv.at(x, y, 0)) * target_.size_px - 0.5,
-                (1 - static_cast<double>(map_.uv.at(x, y, 1))) * target_.size_px - 0.5, x + 0.5, y + 0.5,
-                static_cast<double>(weight_.at(x, y))};
+                (1 - static_cast<double>(map_.uv.at(x, y, 1))) * target_.size_px - 0.5, (x + 0.5) * share_x_,
+                (y + 0.5) * share_y_, static_cast<double>(weight_.at(x, y))};
     }
 
     bool linked(int x, int y, PixelLinks::Link link) const
@@ -342,55 +390,69 @@ class Gatherer
         return links_.has(x, y, link) && weight_.at(x, y) > 0 && weight_.at(right ? x + 1 : x, right ? y : y + 1) > 0;
     }
 
+    void load_row(int y)
+    {
+        lower_.resize(static_cast<std::size_t>(weight_.width));
+        for (int x = 0; x < weight_.width; ++x)
+            lower_[static_cast<std::size_t>(x)] = {corner(x, y), linked(x, y, PixelLinks::texels_right),
+                                                   linked(x, y, PixelLinks::texels_down)};
+    }
+
     void draw_square(int x, int y)
     {
-        const bool top = linked(x, y, PixelLinks::texels_right);
-        const bool bottom = linked(x, y + 1, PixelLinks::texels_right);
-        const bool left = linked(x, y, PixelLinks::texels_down);
-        const bool right = linked(x + 1, y, PixelLinks::texels_down);
+        const auto column = static_cast<std::size_t>(x);
+        const std::array<const Linked*, 4> corners{&upper_[column], &upper_[column + 1], &lower_[column], &lower_[column + 1]};
+        const bool top = corners[0]->right;
+        const bool bottom = corners[2]->right;
+        const bool left = corners[0]->down;
+        const bool right = corners[1]->down;
         const int sides = int{top} + int{bottom} + int{left} + int{right};
         if (sides == 4)
         {
-            draw(corner(x, y), corner(x + 1, y), corner(x, y + 1));
-            draw(corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1));
+            draw(corners[0]->corner, corners[1]->corner, corners[2]->corner);
+            draw(corners[1]->corner, corners[3]->corner, corners[2]->corner);
             for (int dy = 0; dy < 2; ++dy)
                 for (int dx = 0; dx < 2; ++dx)
                     ++squares_.at(x + dx, y + dy);
         }
         else if (sides == 2 && top != bottom && left != right)  // Three corners, joined at the one where these sides meet.
         {
-            const int column = left ? x : x + 1;
-            const int row = top ? y : y + 1;
-            draw(corner(column, row), corner(2 * x + 1 - column, row), corner(column, 2 * y + 1 - row));
+            const std::size_t joint = (left ? 0U : 1U) + (top ? 0U : 2U);
+            draw(corners[joint]->corner, corners[joint ^ 1U]->corner, corners[joint ^ 2U]->corner);
         }
     }
 
     /// Three corners of a square of neighboring pixel centers.
     void draw(const Corner& a, const Corner& b, const Corner& c)
     {
-        const double area = cross(a, b, c);
-        if (area == 0)
-            return;
         const double last = target_.size_px - 1;
-        const auto first_row = static_cast<int>(std::ceil(std::max(0.0, std::min({a.y, b.y, c.y}))));
-        const auto last_row = static_cast<int>(std::floor(std::min(last, std::max({a.y, b.y, c.y}))));
-        const auto first_column = static_cast<int>(std::ceil(std::max(0.0, std::min({a.x, b.x, c.x}))));
-        const auto last_column = static_cast<int>(std::floor(std::min(last, std::max({a.x, b.x, c.x}))));
-        // The square is one pixel of the map large.
-        const auto lod = picture_.lod(std::sqrt(scale_x_ * scale_y_ / std::abs(area)));
+        const double right = std::min(last, std::max(std::max(a.x, b.x), c.x));
+        const double bottom = std::min(last, std::max(std::max(a.y, b.y), c.y));
+        const double area = cross(a, b, c);
+        if (area == 0 || right < 0 || bottom < 0)
+            return;
+        const auto rounded_up = [](double at) { return static_cast<int>(at) + int{static_cast<int>(at) < at}; };
+        const int first_column = rounded_up(std::max(0.0, std::min(std::min(a.x, b.x), c.x)));
+        const int first_row = rounded_up(std::max(0.0, std::min(std::min(a.y, b.y), c.y)));
+        const auto last_column = static_cast<int>(right);
+        const auto last_row = static_cast<int>(bottom);
+        if (first_column > last_column || first_row > last_row)
+            return;
+        const double share = 1 / area;
+        std::optional<PicturePyramid::Lod> lod;
         for (int row = first_row; row <= last_row; ++row)
             for (int column = first_column; column <= last_column; ++column)
             {
                 const Corner here{static_cast<double>(column), static_cast<double>(row), 0, 0, 0};
-                const double of_a = cross(b, c, here) / area;
-                const double of_b = cross(c, a, here) / area;
+                const double of_a = cross(b, c, here) * share;
+                const double of_b = cross(c, a, here) * share;
                 const double of_c = 1 - of_a - of_b;
                 if (of_a < -rounding || of_b < -rounding || of_c < -rounding)
                     continue;
-                const double x = of_a * a.column + of_b * b.column + of_c * c.column;
-                const double y = of_a * a.row + of_b * b.row + of_c * c.row;
-                add(column, row, of_a * a.weight + of_b * b.weight + of_c * c.weight,
-                    picture_.at(x * scale_x_, y * scale_y_, lod), x, y);
+                if (!lod)  // The square is one pixel of the map large.
+                    lod = picture_.lod(std::sqrt(pixels_ / std::abs(area)));
+                add(column, row, of_a * a.weight + of_b * b.weight + of_c * c.weight, *lod,
+                    of_a * a.across + of_b * b.across + of_c * c.across, of_a * a.down + of_b * b.down + of_c * c.down);
             }
     }
 
@@ -400,27 +462,24 @@ class Gatherer
         const int last = target_.size_px - 1;
         const auto left = static_cast<int>(std::floor(pixel.x));
         const auto top = static_cast<int>(std::floor(pixel.y));
-        const auto rgb = picture_.at(pixel.column * scale_x_, pixel.row * scale_y_, picture_.lod(std::sqrt(scale_x_ * scale_y_)));
+        const auto lod = picture_.lod(std::sqrt(pixels_));
         for (int row = std::max(0, top); row <= std::min(last, top + 1); ++row)
             for (int column = std::max(0, left); column <= std::min(last, left + 1); ++column)
             {
                 const double share = (1 - std::abs(pixel.x - column)) * (1 - std::abs(pixel.y - row));
                 if (share > 0)
-                    add(column, row, beside_pixels * pixel.weight * share, rgb, pixel.column, pixel.row);
+                    add(column, row, beside_pixels * pixel.weight * share, lod, pixel.across, pixel.down);
             }
     }
 
-    /// Leaves one sample of each texel.
-    void keep_heaviest(std::size_t block)
+    /// Leaves one sample of each texel. `places`: none, per texel of a block.
+    void keep_heaviest(std::size_t block, std::vector<std::uint32_t>& places)
     {
-        constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-        const std::size_t texels = static_cast<std::size_t>(target_.rows_per_block) * static_cast<std::size_t>(target_.size_px);
-        std::vector<std::uint32_t> places(texels, none);
         auto& samples = blocks_[block];
         std::uint32_t kept = 0;
         for (const TexelSample& sample : samples)
         {
-            std::uint32_t& place = places[sample.texel - block * texels];
+            std::uint32_t& place = places[sample.texel - block * texels_per_block()];
             if (place == none)
                 samples[place = kept++] = sample;
             else if (sample.weight > samples[place].weight)
@@ -429,16 +488,15 @@ class Gatherer
         samples.resize(kept);
     }
 
-    void add(int column, int row, double weight, const std::array<float, 3>& rgb, double x, double y)
+    void add(int column, int row, double weight, PicturePyramid::Lod lod, double across, double down)
     {
         const auto sample_weight = static_cast<float>(weight);
+        const std::array<float, 2> place{static_cast<float>(across), static_cast<float>(down)};
         if (sample_weight > 0)
             blocks_[static_cast<std::size_t>(row / target_.rows_per_block)].push_back(
                 {static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(target_.size_px) +
                      static_cast<std::uint32_t>(column),
-                 sample_weight,
-                 rgb,
-                 {static_cast<float>(x / map_.valid.width), static_cast<float>(y / map_.valid.height)}});
+                 sample_weight, picture_.at(place, lod), place});
     }
 
     const UvMap& map_;
@@ -446,9 +504,11 @@ class Gatherer
     const RasterF& weight_;
     const PicturePyramid& picture_;
     GatherTarget target_;
-    double scale_x_;  ///< Pixels of the picture per pixel of the map.
-    double scale_y_;
-    Raster8 squares_;  ///< Whole squares drawn around each pixel.
+    double share_x_;  ///< Width of the map's pixels as a share of the picture.
+    double share_y_;
+    double pixels_;                      ///< Pixels of the picture per pixel of the map.
+    Raster8 squares_;                    ///< Whole squares drawn around each pixel.
+    std::vector<Linked> upper_, lower_;  ///< Two rows of pixels.
     SampleBlocks blocks_;
 };
 

@@ -4,9 +4,11 @@
 #include <fresco/image.h>
 #include <fresco/uv_maps.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 /// \file The texels that one view shows, with their colors and weights: which pixels of its uv map belong together (PixelLinks),
@@ -15,6 +17,31 @@
 
 namespace fresco::from_frames
 {
+
+/// A color and one number more.
+typedef float Four __attribute__((vector_size(16)));
+
+/// Looks a raster of four channels up at (u, v) in [0,1], rightward and downward; bilinear, clamped at the borders.
+inline Four four_between(const RasterF& raster, float u, float v)
+{
+    const float x = std::clamp(u * static_cast<float>(raster.width) - 0.5F, 0.0F, static_cast<float>(raster.width - 1));
+    const float y = std::clamp(v * static_cast<float>(raster.height) - 0.5F, 0.0F, static_cast<float>(raster.height - 1));
+    const auto column = static_cast<int>(x);
+    const auto row = static_cast<int>(y);
+    const float right = x - static_cast<float>(column);
+    const float down = y - static_cast<float>(row);
+    const float* const first = raster.values.data() + raster.index(column, row);
+    const std::ptrdiff_t next = column + 1 < raster.width ? 4 : 0;
+    const std::ptrdiff_t below = row + 1 < raster.height ? std::ptrdiff_t{4} * raster.width : 0;
+    Four a, b, c, d;
+    std::memcpy(&a, first, sizeof a);
+    std::memcpy(&b, first + next, sizeof b);
+    std::memcpy(&c, first + below, sizeof c);
+    std::memcpy(&d, first + below + next, sizeof d);
+    const Four upper = a + (b - a) * right;
+    const Four lower = c + (d - c) * right;
+    return upper + (lower - upper) * down;
+}
 
 /// A camera picture at every size down to less than two pixels, each the area average of the one before. Immutable, so
 /// thread-safe.
@@ -36,12 +63,12 @@ class PicturePyramid
     /// For the average over about `footprint` pixels of the full size along each side.
     Lod lod(double footprint) const;
 
-    /// RGB in [0,1] at (x, y) in pixels of the full size (pixel centers at +0.5, clamped at the borders): bilinear in the two
-    /// levels, linear between them.
-    std::array<float, 3> at(double x, double y, Lod lod) const;
+    /// RGB in [0,1] at a place in the picture, in [0,1], rightward and downward: bilinear in the two levels (clamped at the
+    /// borders), linear between them.
+    std::array<float, 3> at(const std::array<float, 2>& place, Lod lod) const;
 
   private:
-    std::vector<RasterF> levels_;
+    std::vector<RasterF> levels_;  ///< Four channels.
 };
 
 /// Tells which neighboring pixels of a uv map show neighboring points of one surface, and of one chart of the atlas.

@@ -1,7 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/uv_mapping/view_frames.h>
 
-#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -30,18 +29,20 @@ RasterF sensor_depth(const UvMap& map, const Camera& color, const Camera& depth_
 {
     const int width = map.valid.width;
     const int height = map.valid.height;
-    const Camera camera{color.intrinsics.scaled_to(width, height), color.world_from_camera};
+    const Intrinsics own = color.intrinsics.scaled_to(width, height);
+    const Intrinsics& other = depth_camera.intrinsics;
+    const RigidTransform other_from_own = depth_camera.world_from_camera.inverse() * color.world_from_camera;
     RasterF result(width, height);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
             if (map.valid.at(x, y) == 0)
                 continue;
-            const auto point =
-                camera.world_from_camera.translation + camera.ray(x + 0.5, y + 0.5) * static_cast<double>(map.depth.at(x, y));
-            const auto seen = depth_camera.project(point);
-            const auto column = std::floor(seen.x);
-            const auto row = std::floor(seen.y);
+            const auto depth = static_cast<double>(map.depth.at(x, y));
+            const Vec3d seen =
+                other_from_own.point({(x + 0.5 - own.cx) / own.fx * depth, (y + 0.5 - own.cy) / own.fy * depth, depth});
+            const double column = other.fx * seen.x / seen.z + other.cx;
+            const double row = other.fy * seen.y / seen.z + other.cy;
             if (seen.z > 0 && column >= 0 && row >= 0 && column < measured.width && row < measured.height)
                 result.at(x, y) = measured.at(static_cast<int>(column), static_cast<int>(row));
         }

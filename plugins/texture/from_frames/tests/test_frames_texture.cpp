@@ -59,14 +59,15 @@ RasterF slow_texture(const std::vector<View>& views, const std::vector<Gains>& g
 
 }  // namespace
 
-TEST_CASE("exposures that pictures were given are solved")
+TEST_CASE("exposures that pictures were given are solved, from every pixel of small maps and every second one of large ones")
 {
+    const int height = GENERATE(60, 480);
     const auto cameras = five_cameras();
     const std::vector<Vec3f> factors{
         {1.2F, 0.9F, 1}, {0.85F, 1.1F, 1}, {1, 1, 1.1F}, {1 / 1.2F, 1 / 0.9F, 1 / 1.1F}, {1 / 0.85F, 1 / 1.1F, 1}};
     std::vector<View> views;
     for (std::size_t i = 0; i < cameras.size(); ++i)
-        views.push_back(view_of(cameras[i], 60, smooth_paint, factors[i]));
+        views.push_back(view_of(cameras[i], height, smooth_paint, factors[i]));
     testing::TestRun run;
     const auto made = texture_of(views, rules_of(64), run);
     for (std::size_t i = 0; i < cameras.size(); ++i)
@@ -170,18 +171,18 @@ TEST_CASE("what is saturated stays white and gives way to what is not")
 {
     BestSamples best(2, 3);
     std::array<KeptSample, BestSamples::most_places> kept;
-    Gains gain(1, 1, 3);
-    gain.values = {0.8F, 0.95F, 0.7F};
-    const Gains bright(1, 1, 3, 1.2F), dark(1, 1, 3, 0.8F);
-    best.add(std::vector<TexelSample>{{0, 1, {1, 1, 1}, {}}, {1, 1, {1, 1, 1}, {}}}, 1, &gain);
-    best.add(std::vector<TexelSample>{{0, 0.5F, {0.85F, 0.5F, 0.4F}, {}}}, 1, &bright);
+    Gains gain(1, 1, 4);
+    gain.values = {0.8F, 0.95F, 0.7F, 1};
+    const Gains bright(1, 1, 4, 1.2F), dark(1, 1, 4, 0.8F);
+    best.add(exposed(std::vector<TexelSample>{{0, 1, {1, 1, 1}, {}}, {1, 1, {1, 1, 1}, {}}}, 1, &gain));
+    best.add(exposed(std::vector<TexelSample>{{0, 0.5F, {0.85F, 0.5F, 0.4F}, {}}}, 1, &bright));
     CHECK(best.of(1, kept)[0].rgb() == std::array<float, 3>{1, 1, 1});
     CHECK(best.of(1, kept)[0].weight() == Approx(0.3).epsilon(0.01));
     CHECK(best.of(0, kept)[0].rgb()[2] == Approx(0.48).margin(1e-4));
     CHECK(best.of(0, kept)[1].rgb()[0] == 1);
     // Half way: 0.95 is at the middle of the step, so half of the gain and half of white.
     BestSamples other(1, 2);
-    other.add(std::vector<TexelSample>{{0, 1, {0.95F, 0.5F, 0}, {}}}, 1, &dark);
+    other.add(exposed(std::vector<TexelSample>{{0, 1, {0.95F, 0.5F, 0}, {}}}, 1, &dark));
     CHECK(other.of(0, kept)[0].rgb()[0] == Approx(0.95 * 0.9).margin(1e-4));
     CHECK(other.of(0, kept)[0].rgb()[1] == Approx(0.5 * 0.9).margin(1e-4));
     CHECK(other.of(0, kept)[0].weight() == Approx(0.65).epsilon(0.01));

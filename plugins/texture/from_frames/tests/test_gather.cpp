@@ -62,7 +62,8 @@ std::map<std::uint32_t, TexelSample> slow_gather(const UvMap& map, const PixelLi
             return;
         const TexelSample sample{static_cast<std::uint32_t>(row * size + column),
                                  static_cast<float>(sample_weight),
-                                 picture.at(x, y, picture.lod(footprint)),
+                                 picture.at({static_cast<float>(x / picture.width()), static_cast<float>(y / picture.height())},
+                                            picture.lod(footprint)),
                                  {}};
         const auto [place, is_new] = result.emplace(sample.texel, sample);
         if (!is_new && sample.weight > place->second.weight)
@@ -203,7 +204,9 @@ TEST_CASE("pictures are averaged over what a texel covers")
 {
     const Raster8 picture = testing::picture(8, 4, [](int x, int, int) { return x % 2 == 0 ? 0 : 200; });
     const PicturePyramid pyramid(picture);
-    const auto color = [&](double x, double footprint) { return pyramid.at(x, 1.5, pyramid.lod(footprint)); };
+    const auto color = [&](double x, double footprint) {
+        return pyramid.at({static_cast<float>(x / 8), 1.5F / 4}, pyramid.lod(footprint));
+    };
     CHECK(color(2.5, 1)[0] == Approx(0).margin(1e-6));
     CHECK(color(3.5, 0.2)[1] == Approx(200 / 255.0));
     CHECK(color(3.0, 1)[2] == Approx(100 / 255.0));

@@ -6,6 +6,7 @@
 #include <fresco/frames.h>
 #include <fresco/image_io.h>
 #include <fresco/images/filters.h>
+#include <fresco/rendering/simplified.h>
 #include <fresco/rendering/view_renderer.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
@@ -25,6 +26,8 @@ using namespace fresco;
 namespace
 {
 
+/// How far the drawn surface may be off, seen from 1 m.
+constexpr double most_error_px = 1.5;
 /// A video has no alpha.
 constexpr int background = 32;
 
@@ -100,7 +103,8 @@ class RenderFlythrough final : public Stage
     {
         check_viewed(mesh->mesh, *frames, "what texture.bake made");
         const Intrinsics size = intrinsics();
-        const rendering::ViewRenderer renderer(*mesh, {.filter = rendering::TextureFilter::trilinear});
+        const TexturedMesh shown = rendering::simplified(*mesh, most_error_px / size.fx);
+        const rendering::ViewRenderer renderer(shown, {.filter = rendering::TextureFilter::trilinear});
         const std::vector<RigidTransform> way = poses(size, renderer, run);
         const std::filesystem::path folder = video.folder().path;
         const bool pictures = *format == "png";
@@ -143,3 +147,4 @@ class RenderFlythrough final : public Stage
 }  // namespace
 
 FRESCO_STAGE("render.flythrough", RenderFlythrough, "A video through the textured room")
+FRESCO_LIBRARY("meshoptimizer", rendering::meshoptimizer_version())

@@ -149,16 +149,6 @@ namespace
 constexpr double least_texels = 2;
 constexpr const char* check_unit = "; if the mesh is not in meters, read it with scan.mesh, which has the option unit_m";
 
-double longest_side_m(const Mesh& mesh)
-{
-    numerics::Bounds<float> box;
-    for (const Triangle& triangle : mesh.triangles)
-        for (const std::uint32_t corner : triangle)
-            box.add(mesh.positions[corner]);
-    const Vec3f sides = box.high - box.low;
-    return double{std::max({sides.x, sides.y, sides.z})};
-}
-
 }  // namespace
 
 double texel_width_m(const Mesh& mesh, int size_px)
@@ -171,11 +161,9 @@ double texel_width_m(const Mesh& mesh, int size_px)
 
 double stroke_width_m(const Mesh& mesh, double wanted_m, double texel_m)
 {
-    constexpr double room_m = 3;
-    constexpr double in_room_m = 0.035;
-    const double longest_m = longest_side_m(mesh);
+    const double longest_m = texturing::longest_side_m(mesh);
     if (wanted_m == 0)
-        return std::max(least_texels * texel_m, in_room_m * std::min(1.0, longest_m / room_m));
+        return texturing::usual_stroke_m(mesh, texel_m);
     if (wanted_m < least_texels * texel_m)
         throw Error(fmt::format("strokes of {:.6g} cm are too narrow for texels of {:.3g} cm: they need at "
                                 "least {:g} texels, so use a stroke_cm of {:.3g} or more, or a larger size_px{}",
@@ -400,7 +388,7 @@ class Synthesis
     void report(const Level& level) const
     {
         const double pixel_cm = 100 * options_.stroke_m / stroke_px_;
-        const double longest_cm = 100 * longest_side_m(task_.surface.mesh);
+        const double longest_cm = 100 * texturing::longest_side_m(task_.surface.mesh);
         if (const double short_cm = pixel_cm * std::min(task_.picture.width, task_.picture.height); short_cm > longest_cm)
             run_.warning(
                 fmt::format("with strokes of {:.2g} cm, the picture would be {:.0f} cm wide and the surface is {:.0f} cm long: "

@@ -490,4 +490,22 @@ double mean_texel_m(const Mesh& mesh, int size_px)
     return area > 0 && uv_area > 0 ? std::sqrt(area / uv_area) / size_px : 0;
 }
 
+double longest_side_m(const Mesh& mesh)
+{
+    numerics::Bounds<float> box;
+    for (const Triangle& triangle : mesh.triangles)
+        for (const std::uint32_t corner : triangle)
+            box.add(mesh.positions[corner]);
+    const Vec3f sides = box.high - box.low;
+    return double{std::max({sides.x, sides.y, sides.z})};
+}
+
+double usual_stroke_m(const Mesh& mesh, double texel_m)
+{
+    constexpr double room_m = 3;
+    constexpr double in_room_m = 0.035;
+    constexpr double least_texels = 2;
+    return std::max(least_texels * texel_m, in_room_m * std::min(1.0, longest_side_m(mesh) / room_m));
+}
+
 }  // namespace fresco::texturing

@@ -24,6 +24,8 @@ struct PaintedSplats
         Vec3f scale;
         float opacity = 0;
         Vec3f color;  ///< sRGB, 0 to 1.
+
+        friend bool operator==(const Part&, const Part&) = default;
     };
     std::vector<Part> parts;
 };

@@ -51,7 +51,7 @@ struct SplatFile
 /// naming the file and the place in it: formats that are not read, a file that is cut short, sizes that its bytes do not justify,
 /// numbers that are not finite. MissingInput if it cannot be opened.
 SplatFile read_splats(const std::filesystem::path& file);
-/// The same for a file's bytes; `source` names them in errors.
+/// Reads the bytes of a file, which errors call `source`.
 SplatFile parse_splats(std::span<const std::byte> bytes, const std::string& source);
 
 }  // namespace fresco::splats

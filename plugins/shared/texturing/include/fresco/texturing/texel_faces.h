@@ -87,6 +87,12 @@ Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texe
 /// have no area. The mesh must have texcoords.
 double mean_texel_m(const Mesh& mesh, int size_px);
 
+/// The longest side of the box around the faces, in meters.
+double longest_side_m(const Mesh& mesh);
+/// The width of brush strokes where nobody says another: 3.5 cm on a surface 3 m long or longer, in proportion on a smaller one,
+/// and at least two texels of this size.
+double usual_stroke_m(const Mesh& mesh, double texel_m);
+
 /// Pairs of texels that meet across a seam, each in both directions, sorted and unique.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> seam_links(const Charts& charts, const TexelFaces& faces);
 

@@ -1,0 +1,236 @@
+#include "painting.h"
+
+#include <fresco/error.h>
+#include <fresco/geometry/surface_search.h>
+#include <fresco/numerics/numerics.h>
+#include <fresco/rendering/mip_maps.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+using namespace fresco;
+
+namespace export_splats
+{
+namespace
+{
+
+using Part = splats::PaintedSplats::Part;
+
+/// A Gaussian's standard deviation is at most a quarter of a stroke where it is split: twice as much across.
+constexpr double strokes_across = 0.25;
+constexpr double largest_ratio = 16;         ///< Parts of larger Gaussians are larger: a few of these would make millions.
+constexpr double least_opacity = 1 / 128.0;  ///< Parts that show less are left out.
+
+/// Equal parts of a Gaussian along an axis, whose sum is the Gaussian.
+struct Slices
+{
+    double scale = 0;                               ///< Standard deviation of each.
+    double gain = 1;                                ///< Share of the Gaussian's density in each, before its weight.
+    std::vector<std::pair<double, double>> places;  ///< Distance from the center, and weight.
+};
+
+/// A Gaussian is a narrower one, blurred: the weights are a Gaussian of the remaining variance. Samples 1.6 standard deviations
+/// of the narrower one apart leave no ripple.
+Slices slices_of(double sigma, double limit)
+{
+    if (sigma <= limit)
+        return {sigma, 1, {{0, 1}}};
+    Slices slices;
+    slices.scale = std::min(std::max(limit, sigma / largest_ratio), sigma * std::sqrt(0.5));
+    const double rest = std::sqrt(sigma * sigma - slices.scale * slices.scale);
+    constexpr double spacing = 1.6;
+    constexpr double reach = 2.2;
+    double sum = 0;
+    for (double at = spacing * slices.scale / 2; at < reach * rest; at += spacing * slices.scale)
+        for (const double place : {-at, at})
+        {
+            slices.places.emplace_back(place, std::exp(-place * place / (2 * rest * rest)));
+            sum += slices.places.back().second;
+        }
+    slices.gain = sigma / slices.scale / sum;
+    return slices;
+}
+
+class Painter
+{
+  public:
+    Painter(const splats::Splats& splats, const TexturedMesh& textured, const PaintOptions& options)
+        : splats_(splats), mesh_(textured.mesh), options_(options), search_(textured.mesh),
+          texture_(textured.image.pixels, rendering::TextureFilter::trilinear)
+    {
+    }
+
+    /// The parts of a Gaussian, which are one if it isn't split.
+    void add(std::uint32_t i, std::vector<Part>& parts) const
+    {
+        const Vec3f scale = splats_.scales[i];
+        const std::array<double, 3> sigmas{double{scale.x}, double{scale.y}, double{scale.z}};
+        const double reach = options_.stroke_m + 3 * options_.unit_m * *std::ranges::max_element(sigmas);
+        const Vec3d center = vec_cast<double>(splats_.centers[i]);
+        const auto nearest = search_.nearest(in_mesh(center), reach);
+        if (!nearest.found())
+        {
+            parts.push_back({.source = i, .keeps_color = true, .center = {}, .scale = {}, .color = {}});
+            return;
+        }
+        const auto& [w, x, y, z] = splats_.rotations[i];
+        const Mat3 rotation = numerics::rotation_of(double{w}, double{x}, double{y}, double{z});
+        const auto axis = [&](std::size_t k) {
+            return Vec3d{rotation(0, static_cast<int>(k)), rotation(1, static_cast<int>(k)), rotation(2, static_cast<int>(k))};
+        };
+        // Colors do not change along the normal: of the three axes, the one that is nearest to it stays whole.
+        const Vec3d normal = face_normal(nearest.face);
+        std::size_t across = 0;
+        for (std::size_t k = 1; k < 3; ++k)
+            if (std::abs(dot(axis(k), normal)) > std::abs(dot(axis(across), normal)))
+                across = k;
+        const std::size_t a = (across + 1) % 3;
+        const std::size_t b = (across + 2) % 3;
+        const double limit = options_.densify && splats_.opacities[i] > 0
+                                 ? options_.stroke_m * strokes_across / 2 / options_.unit_m
+                                 : std::max(sigmas[a], sigmas[b]);
+        const Slices along_a = slices_of(sigmas[a], limit);
+        const Slices along_b = slices_of(sigmas[b], limit);
+        if (along_a.places.size() * along_b.places.size() == 1)
+        {
+            parts.push_back(
+                {.source = i, .center = {}, .scale = {}, .color = color(center, axis(a) * sigmas[a], axis(b) * sigmas[b])});
+            return;
+        }
+        std::array<double, 3> part_sigmas = sigmas;
+        part_sigmas[a] = along_a.scale;
+        part_sigmas[b] = along_b.scale;
+        const Vec3f part_scale = vec_cast<float>(Vec3d{part_sigmas[0], part_sigmas[1], part_sigmas[2]});
+        const double opacity = std::min(double{splats_.opacities[i]}, 0.999);
+        for (const auto& [at_a, weight_a] : along_a.places)
+            for (const auto& [at_b, weight_b] : along_b.places)
+            {
+                // What adds up where parts overlap is the logarithm of the share of light that they let through.
+                const double depth = -std::log1p(-opacity * weight_a * weight_b);
+                const double shown = -std::expm1(-depth * along_a.gain * along_b.gain);
+                if (shown < least_opacity && parts.size() > 0 && parts.back().source == i)
+                    continue;
+                const Vec3d place = center + axis(a) * at_a + axis(b) * at_b;
+                parts.push_back({.source = i,
+                                 .is_split = true,
+                                 .center = vec_cast<float>(place),
+                                 .scale = part_scale,
+                                 .opacity = static_cast<float>(shown),
+                                 .color = color(place, axis(a) * along_a.scale, axis(b) * along_b.scale)});
+            }
+    }
+
+  private:
+    Vec3d in_mesh(Vec3d p) const { return p * options_.unit_m - mesh_.offset_m; }
+
+    std::array<Vec3d, 3> corners(std::uint32_t face) const
+    {
+        const Triangle& t = mesh_.triangles[face];
+        const auto at = [&](std::size_t k) { return vec_cast<double>(mesh_.positions[t[k]]); };
+        return {at(0), at(1), at(2)};
+    }
+
+    Vec3d face_normal(std::uint32_t face) const
+    {
+        const auto p = corners(face);
+        return normalized(cross(p[1] - p[0], p[2] - p[0]));
+    }
+
+    /// The mean color of the surface around a point of the splat, over one standard deviation along two axes.
+    Vec3f color(Vec3d center, Vec3d a, Vec3d b) const
+    {
+        // Smaller copies of the picture mix charts that only lie side by side there: a larger footprint is looked up in parts.
+        constexpr double largest_lod = 2;
+        const geometry::SurfacePoint nearest = search_.nearest(in_mesh(center));
+        const double wanted = lod(nearest.face, options_.unit_m * std::max(length(a), length(b)));
+        if (wanted <= largest_lod)
+            return vec_cast<float>(sample(nearest, wanted));
+        constexpr int side = 3;
+        constexpr double step = 0.6;
+        Vec3d sum;
+        double weights = 0;
+        for (int i = -side; i <= side; ++i)
+            for (int j = -side; j <= side; ++j)
+            {
+                const double weight = std::exp(-(i * i + j * j) * step * step / 2);
+                sum += sample(search_.nearest(in_mesh(center + a * (step * i) + b * (step * j))), largest_lod) * weight;
+                weights += weight;
+            }
+        return vec_cast<float>(sum * (1 / weights));
+    }
+
+    /// The size of the picture's copy whose texels have this width on a face.
+    double lod(std::uint32_t face, double width_m) const
+    {
+        const auto p = corners(face);
+        const auto uv = [&](std::size_t k) { return mesh_.texcoords[3 * std::size_t{face} + k]; };
+        const double area = length(cross(p[1] - p[0], p[2] - p[0]));
+        const double texels =
+            std::abs(cross(vec_cast_2(uv(1) - uv(0)), vec_cast_2(uv(2) - uv(0)))) * texture_.width() * texture_.height();
+        return area > 0 && texels > 0 ? std::max(0.0, std::log2(width_m * std::sqrt(texels / area))) : 0;
+    }
+
+    static Vec2d vec_cast_2(Vec2f v) { return {double{v.x}, double{v.y}}; }
+
+    Vec3d sample(const geometry::SurfacePoint& point, double level) const
+    {
+        Vec2d uv;
+        for (std::size_t k = 0; k < 3; ++k)
+            uv = uv + vec_cast_2(mesh_.texcoords[3 * std::size_t{point.face} + k]) * point.weights[k];
+        return texture_.sample(uv, level) * (1 / 255.0);
+    }
+
+    const splats::Splats& splats_;
+    const Mesh& mesh_;
+    PaintOptions options_;
+    geometry::SurfaceSearch search_;
+    rendering::MipMaps texture_;
+};
+
+}  // namespace
+
+Painting paint(const splats::Splats& splats, const TexturedMesh& textured, const PaintOptions& options, const Progress& progress)
+{
+    const Painter painter(splats, textured, options);
+    constexpr std::size_t grain = 2048;
+    std::vector<std::vector<Part>> pieces((splats.size() + grain - 1) / grain);
+    std::atomic<std::size_t> made = 0;
+    parallel_for(splats.size(), grain, progress,
+                 [&](std::size_t begin, std::size_t end)
+                 {
+                     auto& parts = pieces[begin / grain];
+                     for (std::size_t i = begin; i < end; ++i)
+                     {
+                         progress.check_canceled();
+                         const std::size_t before = parts.size();
+                         painter.add(static_cast<std::uint32_t>(i), parts);
+                         made += parts.size() - before;
+                         if (made > options.most_parts)
+                             throw Error(
+                                 fmt::format("splitting Gaussians that are larger than a quarter of a stroke of {:.3g} cm "
+                                             "would make more than {} of them: use a larger stroke_cm, check that "
+                                             "unit_m is right, or set densify: off",
+                                             100 * options.stroke_m, options.most_parts));
+                     }
+                 });
+    Painting painting;
+    painting.splats.parts.reserve(made);
+    for (const auto& parts : pieces)
+        for (const Part& part : parts)
+        {
+            const auto& all = painting.splats.parts;
+            painting.split += part.is_split && (all.empty() || all.back().source != part.source) ? 1 : 0;
+            painting.unpainted += part.keeps_color ? 1 : 0;
+            painting.splats.parts.push_back(part);
+        }
+    return painting;
+}
+
+}  // namespace export_splats

@@ -172,8 +172,9 @@ int prepare(const Arguments& arguments)
         fs::create_directories(arguments.out);
         write_durable_file(path, text);
     }
-    fmt::print(stderr, "{} {}; again: {}\n", path.string(),
-               state == RoomState::edited ? "was edited and is used as it is" : "written", again);
+    fmt::print(stderr, "{} {}; {}: {}\n", path.string(),
+               state == RoomState::edited ? "was edited and is used as it is" : "written",
+               arguments.preview ? "in full" : "again", again);
     return 0;
 }
 
@@ -192,7 +193,8 @@ int paint(Arguments& arguments)
 void add_options(CLI::App& app, Arguments& arguments)
 {
     Settings& settings = arguments.settings;
-    app.add_option("scan", settings.scan, "A recording (its folder or file, in any layout) or a model (GLB, glTF, OBJ, PLY, …)")
+    app.add_option("scan", settings.scan,
+                   "A recording (its folder or file, in any layout), a model (GLB, glTF, OBJ, PLY, …) or a splat")
         ->required();
     app.add_option("pictures", settings.pictures, "Pictures to paint after; several make a painting each");
     const auto list = [&](const char* name, Words& values, const Words& known, const char* help)

@@ -50,14 +50,20 @@ class Writer
   public:
     Writer(const Settings& settings, ScanKind kind) : settings_(settings), kind_(kind)
     {
-        large_ = kind != ScanKind::model && settings.weights.empty() && settings.size_px.value_or(0) > largest_painted_px;
+        const bool copies = kind == ScanKind::recording && settings.weights.empty();
+        large_ = copies && settings.size_px.value_or(0) > largest_painted_px;
+        frames_ = kind == ScanKind::model ? "" : kind == ScanKind::splats ? "scan" : copies ? "align" : "frames";
     }
 
     std::string take()
     {
         check();
         add("version: 1\nbase: {}  # it comes with fresco; fresco plan shows all of its stages", base());
-        add("vars:\n  {}: {}", kind_ == ScanKind::recording ? "data" : "model", quoted(settings_.scan.string()));
+        add("vars:\n  {}: {}",
+            kind_ == ScanKind::recording ? "data"
+            : kind_ == ScanKind::model   ? "model"
+                                         : "splat",
+            quoted(settings_.scan.string()));
         if (!settings_.weights.empty())
             add("  weights: {}", quoted(settings_.weights.string()));
         if (settings_.pictures.size() == 1)
@@ -84,20 +90,19 @@ class Writer
 
     bool mixes() const { return settings_.strength || !settings_.keep.empty(); }
     bool wants(const char* name) const { return is_among(name, settings_.with); }
+    /// The end of the inputs, and the option that says which way is up where no frames do.
+    std::string inputs_end() const { return frames_.empty() ? "}, up: \"${up}\"" : ", frames: " + frames_ + "}"; }
     std::string base() const
     {
-        return kind_ == ScanKind::model     ? "model.yaml"
-               : !settings_.weights.empty() ? "stylemesh.yaml"
-               : large_                     ? "large.yaml"
-                                            : "room.yaml";
+        return kind_ == ScanKind::model    ? "model.yaml"
+               : kind_ == ScanKind::splats ? "splat.yaml"
+               : frames_ == "frames"       ? "stylemesh.yaml"
+               : large_                    ? "large.yaml"
+                                           : "room.yaml";
     }
 
     void check() const
     {
-        if (kind_ == ScanKind::splats)
-            throw UsageError(settings_.scan.string() +
-                             ": splats (3D Gaussians) cannot be painted; a mesh of the same scene can, as GLB, "
-                             "glTF, OBJ or PLY");
         if (large_ && mixes())
             throw UsageError(
                 fmt::format("--size {} copies the picture's own detail, which --strength and --keep would lose; at most {} "
@@ -110,9 +115,9 @@ class Writer
         if (kind_ == ScanKind::recording)
             return;
         if (!settings_.weights.empty())
-            throw UsageError("--stylemesh paints through the pictures of a recording; a model has none");
+            throw UsageError("--stylemesh paints through the pictures of a recording; a model or splats have none");
         for (const char* name : {"views", "video"})
-            if (wants(name))
+            if (wants(name) && kind_ == ScanKind::model)
                 throw UsageError(
                     fmt::format("--with {}: a model has no cameras to show it from; --with page shows it in a browser", name));
     }
@@ -132,8 +137,7 @@ class Writer
         const std::string share = number_text(settings_.strength.value_or(1));
         if (!settings_.keep.empty())
         {
-            add("  regions: {{type: regions.planes, input: {{mesh: atlas{}}}",
-                kind_ == ScanKind::model ? "}, up: \"${up}\"" : ", frames: align}");
+            add("  regions: {{type: regions.planes, input: {{mesh: atlas{}}}", inputs_end());
             add("  mixed:\n    type: texture.regions\n    input: {{photo: photo, mesh: atlas, regions: regions, painted: "
                 "texture}}");
             add("    regions: {{{}: keep, \"*\": {{texture: painted, strength: {}}}}}", fmt::join(settings_.keep, ": keep, "),
@@ -149,12 +153,7 @@ class Writer
 
     void add_export(const char* name, const char* type, const std::string& options)
     {
-        const bool model = kind_ == ScanKind::model;
-        add("  {}: {{type: {}, input: {{textured_mesh: bake{}}}, {}{}}}", name, type,
-            model                       ? ""
-            : settings_.weights.empty() ? ", frames: align"
-                                        : ", frames: frames",
-            options, model ? ", up: \"${up}\"" : "");
+        add("  {}: {{type: {}, input: {{textured_mesh: bake{}, {}}}", name, type, inputs_end(), options);
     }
 
     void add_exports()
@@ -172,9 +171,9 @@ class Writer
             add_export("page", "export.page", "path: room.html");
         if (kind_ == ScanKind::model)
             return;
-        const bool has_video = settings_.weights.empty();
+        const bool has_video = frames_ == "align";
         if (wants("video") && !has_video)
-            add("  video: {{type: render.flythrough, input: {{mesh: bake, frames: frames}}}}");
+            add("  video: {{type: render.flythrough, input: {{mesh: bake, frames: {}}}}}", frames_);
         if (!wants("video") && has_video)
             add("  video: ~  # not wanted; --with video makes one");
         if (!wants("views"))
@@ -184,6 +183,7 @@ class Writer
     const Settings& settings_;
     ScanKind kind_;
     bool large_ = false;
+    std::string frames_;  ///< The stage whose frames exporters take; empty: none.
     std::string text_;
 };
 

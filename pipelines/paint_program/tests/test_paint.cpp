@@ -138,6 +138,14 @@ TEST_CASE("every setting is a line of the pipeline file, which fits the plugins"
     model.pictures.push_back(place.file("it's b.png"));
     CHECK(place.fits(model));
 
+    place.write("a.splat", std::string(32, '\1'));
+    Settings splats = place.settings("a.splat");
+    splats.keep = {"floor"};
+    splats.with = exports();
+    CHECK(place.fits(splats));
+    for (const char* part : {"base: splat.yaml", "{mesh: atlas, frames: scan}", "{mesh: bake, frames: scan}"})
+        CHECK(contains(text_of(splats), part));
+
     // Names that YAML, a var or a shell would take for something else.
     fs::create_directories(place.file("${data} \"x\": #/seq-01"));
     Settings odd = place.settings("${data} \"x\": #");
@@ -162,12 +170,14 @@ TEST_CASE("settings that do not go together are refused by name")
     refused(settings, "--stylemesh with --strength or --keep");
     settings = place.settings("chair.obj");
     settings.weights = place.file("vgg.pth");
-    refused(settings, "a model has none");
+    refused(settings, "a model or splats have none");
     settings = place.settings("chair.obj");
     settings.with = {"video"};
     refused(settings, "--with video: a model has no cameras");
     place.write("a.spz", "");
-    refused(place.settings("a.spz"), "splats");
+    settings = place.settings("a.spz");
+    settings.weights = place.file("vgg.pth");
+    refused(settings, "a model or splats have none");
 }
 
 TEST_CASE("a pipeline file shows whether it was edited")

@@ -170,7 +170,8 @@ const Known& known_camera(std::string_view name, const std::filesystem::path& fo
             (name == "auto" && !known.in_folder.empty() && folder_name.find(known.in_folder) != std::string::npos))
             return known;
     throw fresco::Error(folder.string() + ": unknown camera: the folder's name does not contain one; set option \"camera\" "
-                                          "(freiburg1, freiburg2, freiburg3, ros_default) or \"intrinsics\"");
+                                          "(freiburg1, freiburg2, freiburg3, ros_default) or \"intrinsics\", such as "
+                                          "layout: {type: layout.tum, camera: freiburg3}");
 }
 
 void check_list(const std::vector<double>& list, std::size_t count, const std::string& option, const std::string& form)

@@ -256,7 +256,7 @@ class Studio
                                                               {".jsonl", "text/plain; charset=utf-8"}};
         const std::string extension = file ? lower_extension(*file) : "";
         if (!file || !fs::is_regular_file(*file) || std::ranges::find(extensions, extension) == extensions.end())
-            return refusal(404, "no such file");
+            return request.query.contains("optional") ? Response{.status = 204} : refusal(404, "no such file");
         const auto type = types.find(extension);
         Response response{.type = type == types.end() ? "application/octet-stream" : type->second, .file = *file};
         if (const auto from = request.query.find("from"); from != request.query.end())

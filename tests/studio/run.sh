@@ -16,6 +16,6 @@ stages:
   bake: {type: texture.bake, input: {texture: texture, mesh: atlas}}
   glb: {type: export.gltf, input: {textured_mesh: bake, frames: scan}, path: room.glb}
 YAML
-"$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" --no-report --quiet
+"$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out" --quiet
 mkdir "$work/scans"
 timeout 1500 node "$source/tests/studio/studio.mjs" "$chromium" "$fresco" "$work/scans" "$work/out/room.glb" "$source/pipelines/pictures/sea_waves.jpg" "${3:-}"

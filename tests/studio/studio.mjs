@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
-import { basename, join } from "node:path";
+import { basename, dirname, join } from "node:path";
 import { Browser, webgl } from "../browser/browser.mjs";
 
 const [program, fresco, folder, model, picture, screenshots] = process.argv.slice(2);
@@ -10,8 +10,8 @@ const [program, fresco, folder, model, picture, screenshots] = process.argv.slic
 const saved = mkdtempSync(join(folder, "../saved-"));
 
 /// Starts the server; gives {process, address}.
-async function served() {
-    const started = spawn(fresco, ["studio", folder, "--no-browser"], { stdio: ["ignore", "pipe", "inherit"] });
+async function served(place = folder) {
+    const started = spawn(fresco, ["studio", place, "--no-browser"], { stdio: ["ignore", "pipe", "inherit"] });
     process.on("exit", () => started.kill("SIGKILL"));
     const address = await new Promise((resolve, reject) => {
         started.stdout.on("data", data => resolve(data.toString().trim()));
@@ -191,4 +191,11 @@ console.log(`memory of the server: ${status.match(/VmHWM:\s*(\d+)/)[1]} kB`);
 await browser.close();
 server.process.kill("SIGTERM");
 assert.equal(await server.ended, 0);
+
+// The folder of another run is watched.
+server = await served(dirname(model));
+browser = await opened(server.address);
+await has(browser, "result");
+assert((await browser.seen()).part > 0.3);
+await browser.close();
 process.exit(0);

@@ -50,8 +50,8 @@ class Watch {
     }
 
     async poll() {
-        const response = await fetch(`${this.log}?from=${this.from}`);
-        if (!response.ok)
+        const response = await fetch(`${this.log}?optional&from=${this.from}`);
+        if (response.status !== 200)
             return;
         const bytes = new Uint8Array(await response.arrayBuffer());
         const end = bytes.lastIndexOf(10) + 1;  // Whole lines only: the last one may be on its way.
@@ -63,8 +63,12 @@ class Watch {
 
     take(event) {
         const { stage } = event;
-        if (event.event === "begin")
-            this.stages.set(stage, { state: "running", began: performance.now() });
+        if (event.event === "stages") {
+            for (const { stage: name, state, expected_s } of event.stages)
+                if (state === "waiting" || state === "stored")
+                    this.stages.set(name, { state: state === "stored" ? "done" : state, expected_s });
+        } else if (event.event === "begin")
+            this.stages.set(stage, { ...this.stages.get(stage), state: "running", began: performance.now(), begun: performance.now() });
         else if (event.event === "progress")
             this.advance(stage, event);
         else if (event.event === "end") {
@@ -92,14 +96,28 @@ class Watch {
         return [...this.files].some(file => file.startsWith(`${stage}/`));
     }
 
-    /// The stage that runs, with the share that is done and the seconds left, as far as they are known.
+    /// Seconds that a stage still takes, by its past runs or else by its rate; 0: unknown.
+    leftOf({ state, expected_s = 0, begun, began, done, first, total }) {
+        if (state === "waiting")
+            return expected_s;
+        if (state !== "running")
+            return 0;
+        const rate = done > first ? (done - first) / (performance.now() - began) : 0;
+        return Math.max(0, expected_s - (performance.now() - begun) / 1000) || (rate ? (total - done) / rate / 1000 : 0);
+    }
+
+    /// Seconds that the whole run still takes, as far as its stages ran before.
+    get left_s() {
+        return [...this.stages.values()].reduce((sum, each) => sum + this.leftOf(each), 0);
+    }
+
+    /// The stage that runs, and the share of it that is done, if that is known.
     get now() {
         const found = [...this.stages].filter(([, { state }]) => state === "running").at(-1);
         if (!found)
             return null;
-        const [name, { done, total, unit, first, began }] = found;
-        const rate = done > first ? (done - first) / (performance.now() - began) : 0;
-        return { name, share: total > 0 ? done / total : null, text: total > 0 ? `${Math.round(done)} of ${Math.round(total)} ${unit}` : "", left_s: rate ? (total - done) / rate / 1000 : null };
+        const [name, { done, total, unit }] = found;
+        return { name, share: total > 0 ? done / total : null, text: total > 0 ? `${Math.round(done)} of ${Math.round(total)} ${unit}` : "" };
     }
 }
 
@@ -113,7 +131,7 @@ function showProgress() {
     const now = watched.now;
     at("what").textContent = care_names[watched.care];
     at("detail").textContent = now ? [now.name, now.text || watched.note].filter(Boolean).join(" · ") : "starts";
-    at("left").textContent = now?.left_s ? `${duration(now.left_s)} left in this stage` : "";
+    at("left").textContent = watched.left_s ? `about ${duration(watched.left_s)} left` : "";
     at("bar").firstElementChild.style.width = `${100 * (now?.share ?? 0)}%`;
     at("cancel").hidden = watched.care === "elsewhere";
     at("stages").replaceChildren(...[...watched.stages].map(([name, { state }]) => {
@@ -157,8 +175,8 @@ async function showGrowth(run) {
     if (run.care !== "full" || run.stages.get("texture")?.state !== "running" || !run.has("photo_view") || performance.now() - run.grown_at < 1500)
         return;
     run.grown_at = performance.now();
-    const response = await fetch(`${run.out}progress/texture/texture.png`);
-    if (!response.ok)
+    const response = await fetch(`${run.out}progress/texture/texture.png?optional`);
+    if (response.status !== 200)
         return;
     const picture = await response.blob();
     run.photo ??= await bytesAt(`${run.out}photo.glb`);
@@ -172,8 +190,8 @@ async function showElsewhere(run) {
     if (stage && performance.now() - run.grown_at > 2000) {
         run.grown_at = performance.now();
         for (const name of ["view.png", "texture.png"]) {
-            const response = await fetch(`${run.out}progress/${encodeURIComponent(stage)}/${name}`);
-            if (!response.ok)
+            const response = await fetch(`${run.out}progress/${encodeURIComponent(stage)}/${name}?optional`);
+            if (response.status !== 200)
                 continue;
             URL.revokeObjectURL(at("newest").src);
             at("newest").src = URL.createObjectURL(await response.blob());

@@ -24,8 +24,8 @@ constexpr double giant_size = 0.25;
 constexpr double far_off = 4;
 /// Heaps are told apart by cells of this part of that distance.
 constexpr double cell_size = 1.0 / 24;
-/// A heap with less of the largest one's opacity times footprint is loose.
-constexpr double loose_share = 0.02;
+/// A heap of less than this share of the largest one's Gaussians is loose.
+constexpr double loose_share = 0.0025;
 /// Times as long as wide.
 constexpr float needle = 8;
 
@@ -73,8 +73,8 @@ double median_along(const Splats& splats, float Vec3f::*axis)
     return numerics::median(std::move(values));
 }
 
-/// Per Gaussian, the opacity times footprint of its heap: of all in cells that touch each other.
-std::vector<double> heap_weights(const Splats& splats, Vec3d middle, double cell)
+/// Per Gaussian, the size of its heap: of all in cells that touch each other.
+std::vector<std::size_t> heap_sizes(const Splats& splats, Vec3d middle, double cell)
 {
     using Place = std::array<std::int32_t, 3>;
     std::vector<std::pair<Place, std::uint32_t>> members;
@@ -102,12 +102,12 @@ std::vector<double> heap_weights(const Splats& splats, Vec3d middle, double cell
                 heaps.join(found->second, first);
         }
     }
-    std::vector<double> sums(splats.size(), 0.0);
+    std::vector<std::size_t> counts(splats.size());
     for (std::uint32_t i = 0; i < splats.size(); ++i)
-        sums[heaps.find(i)] += weight(splats, i);
-    std::vector<double> of(splats.size());
+        ++counts[heaps.find(i)];
+    std::vector<std::size_t> of(splats.size());
     for (std::uint32_t i = 0; i < splats.size(); ++i)
-        of[i] = sums[heaps.find(i)];
+        of[i] = counts[heaps.find(i)];
     return of;
 }
 
@@ -130,10 +130,6 @@ CleanedSplats cleaned(Splats splats)
     const double radius = *most;
     result.far = keep_if(left, [&](std::size_t i) { return distance(i) <= far_off * radius; });
     result.giant = keep_if(left, [&](std::size_t i) { return static_cast<double>(sizes(left, i)[0]) <= giant_size * radius; });
-    const auto heaps = heap_weights(left, middle, std::max(cell_size * radius, 1e-30));
-    const double largest = heaps.empty() ? 0 : *std::ranges::max_element(heaps);
-    std::size_t next = 0;
-    result.loose = keep_if(left, [&](std::size_t) { return heaps[next++] >= loose_share * largest; });
     double needles = 0, all = 0;
     std::vector<std::pair<double, double>> weight_by_size;
     for (std::size_t i = 0; i < left.size(); ++i)
@@ -143,9 +139,7 @@ CleanedSplats cleaned(Splats splats)
         all += weight(left, i);
         needles += of[0] > needle * of[1] ? weight(left, i) : 0;
     }
-    if (!(all > 0))
-        return result;
-    result.needle_share = needles / all;
+    result.needle_share = all > 0 ? needles / all : 0;
     std::ranges::sort(weight_by_size);
     double longer = all;
     for (std::size_t i = 0; i < left.size() && longer > all / 2; ++i)
@@ -153,6 +147,10 @@ CleanedSplats cleaned(Splats splats)
         longer -= weight_by_size[i].second;
         result.coarseness = weight_by_size[i].first / radius;
     }
+    const auto heaps = heap_sizes(left, middle, std::max(cell_size * radius, 1e-30));
+    const double least = loose_share * static_cast<double>(heaps.empty() ? 0 : *std::ranges::max_element(heaps));
+    std::size_t next = 0;
+    result.loose = keep_if(left, [&](std::size_t) { return static_cast<double>(heaps[next++]) >= least; });
     return result;
 }
 

@@ -17,9 +17,10 @@ struct CleanedSplats
     std::size_t giant = 0;          ///< Removed: longer than a part of the scene.
     std::size_t far = 0;            ///< Removed: many times farther from the middle than most.
     std::size_t loose = 0;          ///< Removed: in small heaps with empty space around.
-    /// Share of needles in the rest, by opacity times footprint: a scene that was not trained to its end consists of them.
+    /// Share of needles, by opacity times footprint and before loose ones are removed: a scene that was not trained to its end
+    /// consists of them.
     double needle_share = 0;
-    /// Half of the rest, by opacity times footprint, are longer than this part of the distance within which nine of ten lie.
+    /// Half of the same are longer than this part of the distance within which nine of ten lie.
     double coarseness = 0;
 };
 

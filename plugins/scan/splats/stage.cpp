@@ -30,7 +30,7 @@ constexpr double most_depth_steps = 65'000;
 /// Shares of needles. Of three good scans, one of them blurred, 0 to 5 %.
 constexpr double many_needles = 0.2;
 constexpr double only_needles = 0.5;
-/// Two good scans have 0.01 and 0.07, one that is a heap of blobs 0.18.
+/// Two good scans have 0.01 and 0.09, one that is a heap of blobs 0.17.
 constexpr double most_coarseness = 0.14;
 
 class ScanSplats final : public Stage
@@ -95,7 +95,9 @@ class ScanSplats final : public Stage
         run.report("needle_share", clean.needle_share);
         if (clean.splats.size() == 0)
             throw Error(
-                fmt::format("{}: none of its {} Gaussians can be seen: all are fainter than 2 %", path->path.string(), all));
+                fmt::format("{}: none of its {} Gaussians shows a surface: {} are too faint to be seen, {} far away, {} larger "
+                            "than the scene",
+                            path->path.string(), all, clean.faint, clean.far, clean.giant));
         run.message(fmt::format("{} Gaussians; left out: {} too faint to be seen, {} far away, {} giant, {} in loose specks", all,
                                 clean.faint, clean.far, clean.giant, clean.loose));
         run.report("coarseness", clean.coarseness);

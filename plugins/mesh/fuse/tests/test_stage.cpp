@@ -11,6 +11,7 @@
 #include <fresco/npy.h>
 #include <fresco/random.h>
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -157,6 +158,23 @@ TEST_CASE_METHOD(testing::StageTest,
     CHECK(run.reported.at("depth_bytes").as_int() == picture_bytes);
     CHECK(images->depths >= 1 + 2 * 3);
     CHECK(to_ply(*same) == to_ply(*mesh));
+}
+
+TEST_CASE_METHOD(FuseTest, "voxels are two pixels wide where none are asked for")
+{
+    std::vector<double> widths;
+    for (const Frame& frame : frames->frames)
+        for (const float depth : load_depth(frame, nullptr).values)
+            if (depth > 0)
+                widths.push_back(static_cast<double>(depth) / frame.depth.intrinsics.fx);
+    std::ranges::sort(widths);
+    const auto mesh = fuse_frames(frames, Value::Map{{"voxel_m", 0.0}}, run);
+    const double voxel = run.reported.at("voxel_m").as_double();
+    CHECK(voxel == Approx(2 * widths[widths.size() / 2]).epsilon(0.03));
+    testing::TestRun same;
+    CHECK(to_ply(*mesh) == to_ply(*fuse_frames(frames, Value::Map{{"voxel_m", voxel}}, same)));
+    CHECK_THROWS_WITH(fuse_frames(frames, Value::Map{{"voxel_m", 0.00005}}, run),
+                      Contains("option \"voxel_m\" is 5e-05; expected 0 or at least 0.0001"));
 }
 
 TEST_CASE_METHOD(FuseTest, "a mesh that is given is passed on as it is")

@@ -11,9 +11,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <set>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -89,7 +91,9 @@ void resolve(Arguments& arguments)
     {
         if (!fs::exists(path))
             throw MissingInput(path.string() + ": no such file or folder");
-        path = fs::absolute(path / "").parent_path().lexically_normal();
+        if (to_json(Value(path.string())).find("\uFFFD") != std::string::npos || path.string().find('\n') != std::string::npos)
+            throw UsageError(path.string() + ": its name has line breaks or is not UTF-8, as a pipeline file must be: rename it");
+        path = fs::absolute(path / "").lexically_normal().parent_path();
     };
     resolved(settings.scan);
     if (settings.pictures.empty())
@@ -100,13 +104,19 @@ void resolve(Arguments& arguments)
                              "/*.jpg");
         else
             resolved(picture);
+    if (std::set<fs::path>(settings.pictures.begin(), settings.pictures.end()).size() < settings.pictures.size())
+        throw UsageError("a picture is named twice; name each once");
+    for (const Words& words : {arguments.sets, Words{arguments.out}})
+        for (const std::string& word : words)
+            if (word.find('\n') != std::string::npos)
+                throw UsageError("--set and --out take no line breaks");
     if (arguments.stylemesh == settings.weights.empty())
         throw UsageError(arguments.stylemesh ? "--stylemesh needs --weights FILE: fresco weights get vgg19 prints it"
                                              : "--weights is for --stylemesh");
     if (arguments.stylemesh)
         resolved(settings.weights);
     if (arguments.out.empty())
-        arguments.out = "out/" + settings.scan.stem().string() +
+        arguments.out = "out/" + (fs::is_directory(settings.scan) ? settings.scan.filename() : settings.scan.stem()).string() +
                         (settings.pictures.size() == 1 ? "-" + settings.pictures.front().stem().string() : "");
 }
 
@@ -161,8 +171,8 @@ int prepare(const Arguments& arguments)
     if (state == RoomState::other)
         throw UsageError(
             path.string() +
-            ": was edited, or is not of fresco paint, and these settings ask for another: choose another folder with "
-            "--out, remove the file, or run it as it is: " +
+            ": was edited, is for another scan, or fresco paint did not write it, and it does not match these settings: choose "
+            "another folder with --out, remove the file, or run it as it is: " +
             again);
     if (state == RoomState::replaceable)
     {
@@ -183,10 +193,30 @@ int paint(Arguments& arguments)
     resolve(arguments);
     if (const int exit_code = prepare(arguments); exit_code != 0)
         return exit_code;
-    const int status = std::system(command_text(run_words(arguments, own_folder() / "fresco", arguments.preview)).c_str());
-    if (status == 0 && arguments.preview && arguments.settings.pictures.size() > 1)
-        if (const fs::path sheet = write_sheet(fs::path(arguments.out) / "preview"); !sheet.empty())
-            fmt::print(stderr, "{}\n", sheet.string());
+    const bool wants_sheet = arguments.preview && arguments.settings.pictures.size() > 1;
+    const Words words = run_words(arguments, own_folder() / "fresco", arguments.preview);
+    if (!wants_sheet)
+    {
+        // In its place, so that whoever stops this program stops the run.
+        std::vector<char*> pointers;
+        for (const std::string& word : words)
+            pointers.push_back(const_cast<char*>(word.c_str()));
+        pointers.push_back(nullptr);
+        std::signal(SIGPIPE, SIG_DFL);
+        execv(pointers.front(), pointers.data());
+        throw Error(words.front() + ": cannot be run: " + std::strerror(errno));
+    }
+    const int status = std::system(command_text(words).c_str());
+    try
+    {
+        if (status == 0)
+            if (const fs::path sheet = write_sheet(fs::path(arguments.out) / "preview"); !sheet.empty())
+                fmt::print(stderr, "{}\n", sheet.string());
+    }
+    catch (const Error& error)
+    {
+        fmt::print(stderr, "warning: no sheet of the pictures: {}\n", error.what());
+    }
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
@@ -200,7 +230,7 @@ void add_options(CLI::App& app, Arguments& arguments)
     const auto list = [&](const char* name, Words& values, const Words& known, const char* help)
     { app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false)->check(CLI::IsMember(known)); };
     app.add_option("--out", arguments.out,
-                   "Folder for room.yaml and all results (default: out/SCAN-PICTURE, of several out/SCAN)");
+                   "Folder for room.yaml and all results (default: out/SCAN-PICTURE; with several pictures out/SCAN)");
     app.add_flag("--preview", arguments.preview,
                  "A quick look, with fewer frames, faces and texels; of several pictures with a sheet to choose from");
     app.add_option("--stroke-cm", settings.stroke_cm, "Width of the brush strokes in centimeters (default: 3.5 in a room)")
@@ -213,8 +243,8 @@ void add_options(CLI::App& app, Arguments& arguments)
          "Also write: glb, usdz, obj, ply, page (to walk through), video, views (all frames)");
     app.add_flag("--stylemesh", arguments.stylemesh, "Paint by StyleMesh instead: hours");
     app.add_option("--weights", settings.weights, "StyleMesh's VGG-19: the file that 'fresco weights get vgg19' prints");
-    app.add_option("--set", arguments.sets, "STAGE.OPTION=VALUE, as of fresco run; may be repeated")->allow_extra_args(false);
-    app.footer("Without a picture, it lists those that come with fresco. Words behind '--' are for fresco run: -- --cores 2");
+    app.add_option("--set", arguments.sets, "STAGE.OPTION=VALUE, as for fresco run; may be repeated")->allow_extra_args(false);
+    app.footer("Without a picture, it lists those that come with fresco. Arguments after '--' go to fresco run: -- --cores 2");
 }
 
 int run(int argc, char** argv)

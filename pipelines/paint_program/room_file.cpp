@@ -18,7 +18,16 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr int largest_painted_px = 4096;  // From here on the picture's own detail is copied.
+constexpr std::string_view command_mark = "#   ";
 constexpr std::string_view hash_mark = "# As written: ";
+
+/// The line of a pipeline file that names the scan.
+std::string_view scan_line(std::string_view text)
+{
+    constexpr std::string_view vars = "\nvars:\n";
+    const std::size_t begin = text.find(vars);
+    return begin == std::string_view::npos ? "" : text.substr(begin + vars.size(), text.find('\n', begin + vars.size()) - begin);
+}
 
 bool is_among(const std::string& word, const std::vector<std::string>& words)
 {
@@ -159,8 +168,10 @@ class Writer
     void add_exports()
     {
         // Written already: export.model keeps the model's own format.
-        const std::string own = kind_ == ScanKind::model ? lower_extension(settings_.scan) : ".glb";
-        if (wants("glb") && own != ".glb" && own != ".gltf")
+        const std::string format_of_scan = lower_extension(settings_.scan);
+        const bool keeps = kind_ == ScanKind::model && (format_of_scan == ".obj" || format_of_scan == ".ply");
+        const std::string own = keeps ? format_of_scan : ".glb";
+        if (wants("glb") && own != ".glb")
             add_export("gltf", "export.gltf", "path: room.glb");
         if (wants("usdz"))
             add_export("usdz", "export.usdz", "path: room.usdz, image_format: jpeg");
@@ -213,9 +224,8 @@ std::string pipeline_text(const Settings& settings, ScanKind kind)
 
 std::string with_heading(const std::string& text, const std::string& command)
 {
-    return fmt::format(
-        "# Yours to edit: once changed, fresco paint uses this file and does not write it again.\n#   {}\n{}{}\n{}", command,
-        hash_mark, content_hash(text), text);
+    return fmt::format("# Yours to edit: once changed, fresco paint uses this file and does not write it again.\n{}{}\n{}{}\n{}",
+                       command_mark, command, hash_mark, content_hash(text), text);
 }
 
 RoomState state_of(const fs::path& path, const std::string& text)
@@ -229,7 +239,12 @@ RoomState state_of(const fs::path& path, const std::string& text)
     const std::size_t begin = mark + hash_mark.size();
     const std::size_t end = there.find('\n', begin);
     const std::string hash = there.substr(begin, end - begin);
-    if (end != std::string::npos && content_hash(there.substr(end + 1)) == hash)
+    const std::string body = end == std::string::npos ? "" : there.substr(end + 1);
+    const std::size_t command = there.find(command_mark);
+    const bool is_as_written =
+        command < mark &&
+        there == with_heading(body, there.substr(command + command_mark.size(), mark - command - command_mark.size() - 1));
+    if (is_as_written && scan_line(body) == scan_line(text))
         return RoomState::replaceable;
     return hash == content_hash(text) ? RoomState::edited : RoomState::other;
 }

@@ -96,8 +96,7 @@ const first = await browser.seen();
 assert(first.part > 0.3, `the room fills ${first.part} of the canvas`);
 begin = Date.now();
 await drop(browser, picture);
-await until(browser, `chosen.picture === "sea_waves.jpg"`);
-await ready(browser, "first look");
+await until(browser, `chosen.picture === "sea_waves.jpg" && watched?.care === "preview" && !watched.end`);
 console.log(`a second picture: seen after ${Date.now() - begin} ms`);
 await ready(browser, "preview");
 const second = await browser.seen();
@@ -113,7 +112,6 @@ assert.equal((await browser.seen()).sum, second.sum);
 
 // A setting changes what is seen; undo brings the other back.
 await setting(browser, "texture.stroke_cm", 12);
-await ready(browser, "first look");
 await ready(browser, "preview");
 assert.notEqual((await browser.seen()).sum, second.sum);
 await browser.click("#undo");

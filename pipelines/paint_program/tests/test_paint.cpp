@@ -189,7 +189,10 @@ TEST_CASE("a pipeline file shows whether it was edited")
     place.write("room.yaml", with_heading(text, "fresco run room.yaml"));
     CHECK(state(text) == RoomState::replaceable);
     CHECK(state("version: 2\n") == RoomState::replaceable);
-    place.write("room.yaml", place.read("room.yaml") + "  texture: {seed: 2}\n");
+    CHECK(state("version: 1\nvars:\n  data: \"other\"\n") == RoomState::other);
+    place.write("room.yaml", "cores: 2\n" + place.read("room.yaml"));
+    CHECK(state(text) == RoomState::edited);
+    place.write("room.yaml", with_heading(text, "fresco run room.yaml") + "  texture: {seed: 2}\n");
     CHECK(state(text) == RoomState::edited);
     CHECK(state("version: 2\n") == RoomState::other);
     for (const char* others : {"", "version: 1\n", "# As written: 0"})
@@ -213,12 +216,12 @@ TEST_CASE("a written pipeline file is written again, an edited one is used or re
     CHECK(contains(place.paint({"a.png", "--stroke-cm", "6"}).err, "room.yaml was edited and is used as it is; again: "));
     const Finished other = place.run({"my scan", "a.png"});
     CHECK(other.code == 2);
-    CHECK(contains(other.err, "room.yaml: was edited, or is not of fresco paint"));
+    CHECK(contains(other.err, "room.yaml: was edited, is for another scan, or fresco paint did not write it"));
     CHECK(contains(other.err, "choose another folder with --out, remove the file, or run it as it is: "));
     CHECK(place.read(path) == edited);
     fs::create_directories(place.file("mine"));
     place.write("mine/room.yaml", "version: 1\n");
-    CHECK(contains(place.run({"my scan", "a.png", "--out", "mine"}).err, "is not of fresco paint"));
+    CHECK(contains(place.run({"my scan", "a.png", "--out", "mine"}).err, "fresco paint did not write it"));
     CHECK(place.read("mine/room.yaml") == "version: 1\n");
     place.paint({"a.png", "it's b.png"});
     CHECK(contains(place.read("out/my scan/room.yaml"), "matrix:"));
@@ -255,6 +258,7 @@ TEST_CASE("wrong inputs end before anything is written, and say what to do")
         {{"my scan", "a.png", "--set", "texture.stroke=2"}, 2, {"did you mean 'stroke_cm'"}},
         {{"my scan", "a.png", "--stylemesh"}, 2, {"--stylemesh needs --weights"}},
         {{"my scan", "a.png", "--weights", "vgg.pth"}, 2, {"--weights is for --stylemesh"}},
+        {{"my scan", "a.png", "a.png"}, 2, {"a picture is named twice"}},
         {{"chair.obj", "a.png", "--with", "views"}, 2, {"a model has no cameras"}},
     };
     for (const Case& c : cases)

@@ -112,7 +112,7 @@ class Painter
         for (const auto& [at_a, weight_a] : along_a.places)
             for (const auto& [at_b, weight_b] : along_b.places)
             {
-                // What adds up where parts overlap is the logarithm of the share of light that they let through.
+                // The logarithms of the shares of light that overlapping parts let through add up.
                 const double depth = -std::log1p(-opacity * weight_a * weight_b);
                 const double shown = -std::expm1(-depth * along_a.gain * along_b.gain);
                 if (shown < least_opacity && parts.size() > 0 && parts.back().source == i)

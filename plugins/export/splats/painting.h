@@ -23,7 +23,7 @@ struct Painting
 {
     fresco::splats::PaintedSplats splats;
     std::size_t split = 0;      ///< Gaussians of the file that became several.
-    std::size_t unpainted = 0;  ///< Those that are too far from the surface, and keep their color.
+    std::size_t unpainted = 0;  ///< These are too far from the surface and keep their color.
 };
 
 /// Each Gaussian takes the color of the texture where the surface is nearest to its center, averaged over its footprint. Those

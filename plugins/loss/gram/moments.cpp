@@ -163,7 +163,7 @@ struct GramDistance : torch::autograd::Function<GramDistance>
         const auto count = features.size(1);
         const bool has_fine = fine_count > 0 && targets.fine.defined();
         const auto channels = features.size(0);
-        // Of all features, then of the fine ones.
+        // The first is of all features, the second of the fine ones.
         const auto differences = at::empty({has_fine ? 2 : 1, channels, channels}, targets.all.options());
         auto of_all = differences[0];
         if (fine_count > 0)

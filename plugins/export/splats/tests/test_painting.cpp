@@ -139,7 +139,7 @@ TEST_CASE("A covered wall looks as the painted mesh does")
     CHECK(difference(picture(painted(fine, painting)), truth) <= 4);
     CHECK(difference(picture(fine), truth) > 60);
 
-    // Of coarse ones only splitting makes strokes.
+    // Only splitting makes strokes of coarse ones.
     const splats::Splats coarse = covering(0.8 * stroke_m);
     const auto left = paint(coarse, textured, {.stroke_m = stroke_m, .densify = false}, testing::TestRun());
     const auto split = paint(coarse, textured, {.stroke_m = stroke_m}, testing::TestRun());

@@ -34,7 +34,7 @@ struct Claim
     throw Error(fmt::format("KHR_draco_mesh_compression: byte {} of the stream: {}", at, what));
 }
 
-/// What a stream claims to hold. Draco takes memory for it before it looks at what follows.
+/// A stream claims to hold so much. Draco takes memory for it before it looks at what follows.
 Claim claim_of(std::span<const std::byte> stream)
 {
     constexpr std::size_t header_bytes = 11;

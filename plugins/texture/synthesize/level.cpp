@@ -74,9 +74,13 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
       crowding_(picture_.key_count(), 1.0F)
 {
     const auto painted = [](const Level& level, Vec2f at) { return level.picture().color(at); };
+    const std::vector<std::uint8_t> sampled =
+        under_ != nullptr ? patches_.sampled(grid_, progress) : std::vector<std::uint8_t>(start_.size(), 1);
     for_each_texel(grid_, progress,
                    [&](std::size_t t)
                    {
+                       if (sampled[t] == 0)
+                           return;
                        const SurfaceGrid::Texel& texel = grid_.texels()[t];
                        const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
                        const Vec2f uv = texcoord_of(grid_, chart, texel);

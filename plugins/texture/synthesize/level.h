@@ -105,6 +105,7 @@ struct Task
     std::function<Vec3f(std::uint32_t chart, Vec2f uv, double footprint)> start;
     std::span<const Vec3f> lines = {};  ///< Per face the direction of strokes, without a sign; empty: as in the picture.
     Raster8 opaque = {};                ///< Mask of the style picture, 0 = transparent; empty: all opaque.
+    const texturing::TexelFaces* start_faces = nullptr;  ///< The start's texels, for a texture of its size; may be null.
 };
 
 /// Settings of one level.

@@ -62,6 +62,7 @@ class StartPicture
     /// `texture`: of the surface's atlas, at any size. Throws Error if no texel of the surface was seen; Canceled.
     StartPicture(const PaintedSurface& surface, const Texture& texture, const Progress& progress);
 
+    const texturing::TexelFaces& faces() const { return faces_; }
     std::size_t chart_texels() const { return chart_texels_; }
     std::size_t known_texels() const { return known_texels_; }
 

@@ -23,7 +23,9 @@ struct PatchKernel
                     std::int32_t* where);
 
     /// Sum of squared differences of `rows` rows of `length` values; b's rows are `b_stride` apart, a's lie one after another.
-    float (*squared_distance)(const float* a, const float* b, std::size_t b_stride, std::size_t rows, std::size_t length);
+    /// Exact for at most 127 values a row that differ by less than 4096.
+    float (*squared_distance)(const std::int16_t* a, const std::int16_t* b, std::size_t b_stride, std::size_t rows,
+                              std::size_t length);
 };
 
 /// For any processor, and for x86-64 ones with AVX2 and FMA, and with AVX-512; null where the compiler cannot make them.

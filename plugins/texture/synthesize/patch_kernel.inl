@@ -3,6 +3,10 @@
 
 #include "patch_kernel.h"
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("O3")  // Else only loops without a rest become vectors.
+#endif
+
 namespace fresco::synthesize
 {
 #if FRESCO_VECTOR_BYTES > 0
@@ -43,24 +47,21 @@ void compare(const float* queries, const float* panel, std::size_t inner, std::i
         }
 }
 
-float squared_distance(const float* a, const float* b, std::size_t b_stride, std::size_t row_count, std::size_t length)
+float squared_distance(const std::int16_t* a, const std::int16_t* b, std::size_t b_stride, std::size_t row_count,
+                       std::size_t length)
 {
-    Vector sums = {};
-    float rest = 0;
+    std::int64_t total = 0;
     for (std::size_t row = 0; row < row_count; ++row, a += length, b += b_stride)
     {
-        std::size_t i = 0;
-        for (; i + lanes <= length; i += lanes)
+        std::int32_t sum = 0;  // The compiler makes vectors of it: products of 16 bits, added up in pairs.
+        for (std::size_t i = 0; i < length; ++i)
         {
-            const Vector away = *reinterpret_cast<const Vector*>(a + i) - *reinterpret_cast<const Vector*>(b + i);
-            sums += away * away;
+            const auto away = static_cast<std::int16_t>(a[i] - b[i]);
+            sum += away * away;
         }
-        for (; i < length; ++i)
-            rest += (a[i] - b[i]) * (a[i] - b[i]);
+        total += sum;
     }
-    for (std::size_t i = 0; i < lanes; ++i)
-        rest += sums[i];
-    return rest;
+    return static_cast<float>(total);
 }
 
 }  // namespace

@@ -91,6 +91,17 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
         if (has_sheet(chart) && !has_texel[chart])
             adopt(surface, chart, largest[chart]);
     texels_.shrink_to_fit();
+    // Adopted texels came last.
+    if (!std::ranges::is_sorted(texels_, {}, &Texel::face))
+    {
+        std::ranges::stable_sort(texels_, {}, &Texel::face);
+        for (std::uint32_t t = 0; t < texels_.size(); ++t)
+            texel_of_cell_[texels_[t].cell] = t;
+    }
+    first_texel_.assign(faces + 1, 0);
+    for (const Texel& texel : texels_)
+        ++first_texel_[texel.face + 1];
+    std::partial_sum(first_texel_.begin(), first_texel_.end(), first_texel_.begin());
     parallel_items(sheets_.size(), 1, progress,
                    [&](std::size_t chart)
                    {
@@ -250,6 +261,10 @@ class Patches::Walker
           scale_(static_cast<float>(1 / grid.spacing_m())), visited_(surface.mesh.triangles.size(), 0),
           found_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side))
     {
+        for (int y = 1 - side; y < side; ++y)
+            for (int x = 1 - side; x < side; ++x)
+                around_.push_back({x, y});
+        std::ranges::stable_sort(around_, {}, [](const Step& step) { return step.x * step.x + step.y * step.y; });
     }
 
     /// Calls visit(texel, at) for each texel under the patch, `at` in texels from its center, and fills its `points`.
@@ -304,9 +319,21 @@ class Patches::Walker
     template <class Visit>
     void visit_texels(const Patch& patch, std::uint32_t face, const std::array<Vec2f, 3>& corners, const Visit& visit)
     {
-        const std::uint32_t chart = surface_.charts.of_face[face];
-        if (!grid_.has_sheet(chart))
+        const auto visit_if_under = [&](std::uint32_t texel)
+        {
+            const Vec2f p = project(patch, grid_.texels()[texel].position);
+            if (std::abs(p.x) <= half_ && std::abs(p.y) <= half_)
+                visit(texel, p);
+        };
+        const std::uint32_t first = grid_.first_texel(face);
+        const std::uint32_t end = grid_.first_texel(face + 1);
+        if (end - first <= 4 * found_.size())
+        {
+            for (std::uint32_t texel = first; texel < end; ++texel)
+                visit_if_under(texel);
             return;
+        }
+        const std::uint32_t chart = surface_.charts.of_face[face];
         std::array<Vec2d, 3> c;
         for (std::size_t i = 0; i < 3; ++i)
             c[i] = grid_.place(chart, surface_.mesh.texcoords[3 * std::size_t{face} + i]);
@@ -318,11 +345,8 @@ class Patches::Walker
             {
                 const std::size_t at = sheet.cell(x, y);
                 const std::uint32_t texel = grid_.texel_at(at);
-                if (grid_.texels()[texel].cell != at || grid_.texels()[texel].face != face)
-                    continue;
-                const Vec2f p = project(patch, grid_.texels()[texel].position);
-                if (std::abs(p.x) <= half_ && std::abs(p.y) <= half_)
-                    visit(texel, p);
+                if (grid_.texels()[texel].cell == at && grid_.texels()[texel].face == face)
+                    visit_if_under(texel);
             }
     }
 
@@ -358,6 +382,7 @@ class Patches::Walker
         const float area = cross(c[1] - c[0], c[2] - c[0]);
         if (!grid_.has_sheet(chart) || std::abs(area) < 1e-9F)
             return;
+        const float per_area = 1 / area;
         const float middle = static_cast<float>(side_ - 1) / 2;
         const auto first = [&](float low) { return std::max(0, static_cast<int>(std::ceil(low + middle - 1e-3F))); };
         const auto last = [&](float high) { return std::min(side_ - 1, static_cast<int>(std::floor(high + middle + 1e-3F))); };
@@ -366,8 +391,8 @@ class Patches::Walker
             {
                 const std::size_t at = number(i, j);
                 const Vec2f p{static_cast<float>(i) - middle, static_cast<float>(j) - middle};
-                const float w0 = cross(c[1] - p, c[2] - p) / area;
-                const float w1 = cross(c[2] - p, c[0] - p) / area;
+                const float w0 = cross(c[1] - p, c[2] - p) * per_area;
+                const float w1 = cross(c[2] - p, c[0] - p) * per_area;
                 const float w2 = 1 - w0 - w1;
                 constexpr float outside = -1e-4F;
                 if (found_[at] != 0 || w0 < outside || w1 < outside || w2 < outside)
@@ -410,23 +435,23 @@ class Patches::Walker
             }
     }
 
+    /// \pre There is one.
     std::size_t nearest_found(int i, int j) const
     {
-        int least = std::numeric_limits<int>::max();
-        std::size_t best = 0;
-        for (int y = 0; y < side_; ++y)
-            for (int x = 0; x < side_; ++x)
-            {
-                const std::size_t at = number(x, y);
-                const int squared = (x - i) * (x - i) + (y - j) * (y - j);
-                if (found_[at] != 0 && squared < least)
-                {
-                    least = squared;
-                    best = at;
-                }
-            }
-        return best;
+        const auto is_found = [&](const Step& step)
+        {
+            const int x = i + step.x;
+            const int y = j + step.y;
+            return x >= 0 && y >= 0 && x < side_ && y < side_ && found_[number(x, y)] != 0;
+        };
+        const Step nearest = *std::ranges::find_if(around_, is_found);
+        return number(i + nearest.x, j + nearest.y);
     }
+
+    struct Step
+    {
+        int x, y;
+    };
 
     const PaintedSurface& surface_;
     const SurfaceGrid& grid_;
@@ -436,6 +461,7 @@ class Patches::Walker
     std::uint32_t stamp_ = 0;
     std::vector<std::uint32_t> visited_;  ///< Per face: the stamp of the last walk that came there.
     std::vector<std::uint8_t> found_;
+    std::vector<Step> around_;  ///< To points around one, the nearest first.
     std::vector<std::uint32_t> queue_;
 };
 
@@ -585,11 +611,17 @@ Patches::Patches(const PaintedSurface& surface, const SurfaceGrid& grid, const U
     }
 }
 
-void Patches::sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const
+template <class Visit>
+void Patches::visit_points(const SurfaceGrid& grid, std::size_t patch, const Visit& visit) const
 {
     const bool is_regular = patch < regular_;
     const PackedPoints& points = is_regular ? points_[patch / patches_per_list] : points_.back();
-    points.visit(is_regular ? patch % patches_per_list : patch - regular_, grid.texels()[patches_[patch].texel].cell,
+    points.visit(is_regular ? patch % patches_per_list : patch - regular_, grid.texels()[patches_[patch].texel].cell, visit);
+}
+
+void Patches::sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const
+{
+    visit_points(grid, patch,
                  [&](const Point& point)
                  {
                      const float x = static_cast<float>(point.across) / 256;
@@ -600,6 +632,23 @@ void Patches::sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std
                      const Vec3f bottom = values[grid.texel_at(below)] * (1 - x) + values[grid.texel_at(below + 1)] * x;
                      *out++ = top * (1 - y) + bottom * y;
                  });
+}
+
+std::vector<std::uint8_t> Patches::sampled(const SurfaceGrid& grid, const Progress& progress) const
+{
+    std::vector<std::uint8_t> result(grid.texels().size(), 0);
+    for (std::size_t patch = 0; patch < count(); ++patch)
+    {
+        if (patch % patches_per_piece == 0)
+            progress.check_canceled();
+        visit_points(grid, patch,
+                     [&](const Point& point)
+                     {
+                         for (const std::size_t cell : {std::size_t{point.cell}, std::size_t{point.cell} + point.width})
+                             result[grid.texel_at(cell)] = result[grid.texel_at(cell + 1)] = 1;
+                     });
+    }
+    return result;
 }
 
 }  // namespace fresco::synthesize

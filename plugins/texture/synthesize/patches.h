@@ -56,7 +56,10 @@ class SurfaceGrid
                 std::span<const std::uint8_t> wanted = {});
 
     double spacing_m() const { return spacing_m_; }
+    /// In the order of their faces.
     const std::vector<Texel>& texels() const { return texels_; }
+    /// The first texel of a face; those of the next face follow.
+    std::uint32_t first_texel(std::size_t face) const { return first_texel_[face]; }
     const Sheet& sheet(std::uint32_t chart) const { return sheets_[chart]; }
     bool has_sheet(std::uint32_t chart) const { return sheets_[chart].width > 0; }
 
@@ -79,6 +82,7 @@ class SurfaceGrid
     double spacing_m_;
     std::vector<Sheet> sheets_;
     std::vector<Texel> texels_;
+    std::vector<std::uint32_t> first_texel_;  ///< Per face, and an end.
     std::vector<std::uint32_t> texel_of_cell_;
 };
 
@@ -131,6 +135,8 @@ class Patches
     /// Samples `values` (one per texel) at a patch's points, row by row from the top left: side² results, bilinear between
     /// texels. A point off the surface takes the value of the patch's nearest point on it.
     void sample(const SurfaceGrid& grid, std::span<const Vec3f> values, std::size_t patch, Vec3f* out) const;
+    /// Per texel: 1 if sample() reads its value.
+    std::vector<std::uint8_t> sampled(const SurfaceGrid& grid, const Progress& progress) const;
     /// Frees what sample() needs, half of the memory.
     void forget_points() { points_ = {}; }
 
@@ -163,13 +169,15 @@ class Patches
         std::vector<std::size_t> first_;    ///< Word of each patch.
     };
 
+    template <class Visit>
+    void visit_points(const SurfaceGrid& grid, std::size_t patch, const Visit& visit) const;
     std::size_t points_per_patch() const { return static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
 
     /// To 1 / 1024. As std::lround does, but inline.
     static float rounded(float texels)
     {
-        constexpr double unit = 1024;
-        return static_cast<float>(static_cast<int>(texels * unit + std::copysign(0.5, texels)) / unit);
+        constexpr float unit = 1024;
+        return static_cast<float>(static_cast<int>(texels * unit + std::copysign(0.5F, texels))) / unit;
     }
 
     int side_;

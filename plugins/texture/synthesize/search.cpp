@@ -281,12 +281,14 @@ class Search
     /// A patch of the surface, as it is wanted.
     struct Look
     {
-        const float* values;
+        const std::int16_t* values;  ///< In steps.
         Vec3f mean;
     };
-    Look look(const std::vector<Vec3f>& samples, std::size_t place) const
+    Look look(std::size_t patch) const { return {&looks_[patch * values_], means_[patch]}; }
+    void keep_look(std::size_t patch, const float* sampled)
     {
-        return {values(samples, place), mean_color(values(samples, place), values_)};
+        std::transform(sampled, sampled + values_, &looks_[patch * values_], in_steps);
+        means_[patch] = mean_color(sampled, values_);
     }
 
     /// Features of evenly spread patches.
@@ -312,8 +314,11 @@ class Search
         std::vector<float> features;
     };
 
-    std::vector<Match> best_keys() const
+    /// Keeps what every patch looks like.
+    std::vector<Match> best_keys()
     {
+        looks_.resize(patches_.count() * values_);
+        means_.resize(patches_.count());
         const FeatureSizes sizes{picture_.feature_count(), Variety::fields};
         // Preferences are means over a patch's values, distances are sums.
         const auto scale = static_cast<float>(values_);
@@ -351,7 +356,10 @@ class Search
                       std::vector<float> features(count * sizes.all());
                       std::vector<Nearest> nearest(count * classes.size());
                       for (std::size_t i = 0; i < count; ++i)
+                      {
                           sample(patches[i], samples, i);
+                          keep_look(patches[i], values(samples, i));
+                      }
                       picture_.project(values(samples, 0), count, projected.data());
                       for (std::size_t i = 0; i < count; ++i)
                           joined(&projected[i * sizes.squared], variety_.of_patch(patches[i]), scale, &features[i * sizes.all()]);
@@ -361,7 +369,7 @@ class Search
                       for (std::size_t i = 0; i < count; ++i)
                       {
                           uses.move_to(patches[i]);
-                          const Look wanted = look(samples, i);
+                          const Look wanted = look(patches[i]);
                           std::size_t best = 0;
                           float least = std::numeric_limits<float>::infinity();
                           for (std::size_t c = 0; c < classes.size(); ++c)
@@ -402,8 +410,8 @@ class Search
     /// Colors of the picture around a place.
     struct Copy
     {
-        const float* values;  ///< Valid until the thread's next copy.
-        std::size_t row;      ///< From one row of the patch to the next.
+        const std::int16_t* values;  ///< In steps; valid until the thread's next copy.
+        std::size_t row;             ///< From one row of the patch to the next.
         Vec3f mean;
     };
     Copy copy(Vec2f at, Vec2f turn) const
@@ -415,9 +423,12 @@ class Search
             return {picture_.patch(x, y), 3 * static_cast<std::size_t>(picture_.lab().width), picture_.patch_mean(x, y)};
         }
         thread_local std::vector<float> found;
+        thread_local std::vector<std::int16_t> steps;
         found.resize(values_);
+        steps.resize(values_);
         picture_.turned_patch(at, turn, found.data());
-        return {found.data(), 3 * static_cast<std::size_t>(picture_.side()), mean_color(found.data(), values_)};
+        std::ranges::transform(found, steps.begin(), in_steps);
+        return {steps.data(), 3 * static_cast<std::size_t>(picture_.side()), mean_color(found.data(), values_)};
     }
 
     /// Mean squared difference of a value, with the shift that the copy gets.
@@ -425,7 +436,8 @@ class Search
     {
         const auto side = static_cast<std::size_t>(picture_.side());
         const Copy found = copy(at, turn);
-        const float sum = patch_kernel().squared_distance(patch.values, found.values, found.row, side, 3 * side);
+        const float sum = patch_kernel().squared_distance(patch.values, found.values, found.row, side, 3 * side) /
+                          (steps_per_lab * steps_per_lab);
         const Vec3f gap = patch.mean - found.mean;
         return std::max(0.0F, sum / static_cast<float>(values_) + (squared_gap(gap) - dot(gap, gap)) / 3);
     }
@@ -476,13 +488,11 @@ class Search
         in_pieces(matches.size(),
                   [&](std::size_t begin, std::size_t end)
                   {
-                      std::vector<Vec3f> samples(values_ / 3);
                       NearbyUses::Map uses(uses_, placed);
                       for (const std::uint32_t patch : ordered(begin, end))
                       {
-                          sample(patch, samples, 0);
                           uses.move_to(patch);
-                          const Look wanted = look(samples, 0);
+                          const Look wanted = look(patch);
                           result[patch] = continued(wanted, patch, matches, sources, uses);
                           result[patch].shift = shift_for(wanted.mean - copy(result[patch].at, result[patch].turn).mean);
                       }
@@ -542,6 +552,8 @@ class Search
     const SearchOptions& options_;
     std::size_t values_;
     std::vector<float> weights_;
+    std::vector<std::int16_t> looks_;
+    std::vector<Vec3f> means_;
 };
 
 }  // namespace

@@ -117,9 +117,10 @@ class TextureSynthesize final : public Stage
         run.report("unseen_share", 1 - static_cast<double>(picture.known_texels()) / static_cast<double>(picture.chart_texels()));
         const std::vector<Vec3f> directions = stroke_lines(surface, upright, stroke_m, run);
         const Task task{
-            surface,    upright,
-            copied,     [&](std::uint32_t chart, Vec2f uv, double footprint) { return picture.at(chart, uv, footprint); },
-            directions, std::move(opaque.opaque)};
+            surface,         upright,
+            copied,          [&](std::uint32_t chart, Vec2f uv, double footprint) { return picture.at(chart, uv, footprint); },
+            directions,      std::move(opaque.opaque),
+            &picture.faces()};
         Painting painting = fresco::synthesize::synthesize(task,
                                                            {.size_px = texels,
                                                             .stroke_m = stroke_m,

@@ -83,6 +83,9 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
     lab_ = lab_picture(resized(rgb, width, height));
     if (!has_contrast(lab_))
         throw Error("the style picture has a single color: use a picture with brush strokes or other patterns");
+    steps_ = Raster<std::int16_t>(width, height, 3);
+    std::ranges::transform(lab_.values, steps_.values.begin(), in_steps);
+    colors_ = ColorLookup<float>(lab_);
     if (stroke_px > 0)
         find_directions(stroke_px);
     else
@@ -94,6 +97,8 @@ StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Pro
         key_step_ += 0.125;
     columns_ = count_along(width, border_, key_step_);
     rows_ = count_along(height, border_, key_step_);
+    column_near_ = nearest_along(width, columns_);
+    row_near_ = nearest_along(height, rows_);
     if (!opaque.empty())
         find_opaque_keys(resized(opaque, width, height));
     make_basis(progress);
@@ -183,7 +188,7 @@ void StylePicture::make_basis(const Progress& progress)
             turned_patch(at, direction(at), out);
         else
         {
-            const float* row = patch(static_cast<int>(at.x), static_cast<int>(at.y));
+            const float* row = &lab_.at(static_cast<int>(at.x) - side_ / 2, static_cast<int>(at.y) - side_ / 2);
             for (int y = 0; y < side_; ++y, row += picture_row, out += row_values)
                 std::copy(row, row + row_values, out);
         }
@@ -236,20 +241,27 @@ Vec2f StylePicture::grid_place(std::size_t number) const
             static_cast<float>(border_ + std::lround(static_cast<double>(row) * key_step_))};
 }
 
+std::vector<std::uint32_t> StylePicture::nearest_along(int pixels, int count) const
+{
+    std::vector<std::uint32_t> result(2 * static_cast<std::size_t>(pixels));
+    std::uint32_t nearest = 0;
+    const auto away = [&](std::uint32_t index, std::size_t half)
+    { return std::abs(static_cast<double>(border_ + std::lround(index * key_step_)) - (static_cast<double>(half) + 0.5) / 2); };
+    for (std::size_t half = 0; half < result.size(); ++half)
+    {
+        while (nearest + 1 < static_cast<std::uint32_t>(count) && away(nearest + 1, half) < away(nearest, half))
+            ++nearest;
+        result[half] = nearest;
+    }
+    return result;
+}
+
 std::size_t StylePicture::key_near(Vec2f at) const
 {
-    // Keys are at whole pixels, so that the next one may be nearer than the step says.
-    const auto index = [this](float along, int count)
-    {
-        const double place = static_cast<double>(along) - border_;
-        const auto away = [&](int i) { return std::abs(static_cast<double>(std::lround(i * key_step_)) - place); };
-        int best = std::clamp(static_cast<int>(std::lround(place / key_step_)), 0, count - 1);
-        for (const int other : {best - 1, best + 1})
-            if (other >= 0 && other < count && away(other) < away(best))
-                best = other;
-        return static_cast<std::size_t>(best);
-    };
-    const std::size_t place = index(at.y, rows_) * static_cast<std::size_t>(columns_) + index(at.x, columns_);
+    // Keys are at whole pixels: the nearest one is the same for all places within half a pixel.
+    const auto near = [](float along, const std::vector<std::uint32_t>& nearest)
+    { return nearest[std::min(static_cast<std::size_t>(std::max(0.0F, 2 * along)), nearest.size() - 1)]; };
+    const std::size_t place = std::size_t{near(at.y, row_near_)} * static_cast<std::size_t>(columns_) + near(at.x, column_near_);
     return nearest_key_.empty() ? place : nearest_key_[place];
 }
 

@@ -2,7 +2,6 @@
 
 #include <fresco/image.h>
 #include <fresco/math.h>
-#include <fresco/numerics/bilinear.h>
 #include <fresco/parallel.h>
 
 #include <algorithm>
@@ -23,16 +22,59 @@ inline Vec2f turned(Vec2f v, Vec2f turn)
     return {v.x * turn.x - v.y * turn.y, v.x * turn.y + v.y * turn.x};
 }
 
-/// The colors of a picture at any place, bilinear, pixel centers at whole numbers, clamped at its border.
+typedef float Color __attribute__((vector_size(16)));
+
+/// The colors of a picture at any place, bilinear, pixel centers at whole numbers, clamped at its border. Four values a pixel, so
+/// that one instruction weighs a color.
 template <class T>
-Vec3f bilinear(const Raster<T>& picture, Vec2f at)
+class ColorLookup
 {
-    return numerics::bilinear(numerics::between<float>(at.x, picture.width), numerics::between<float>(at.y, picture.height),
-                              [&picture](int column, int row)
-                              {
-                                  const T* v = &picture.at(column, row);
-                                  return Vec3f{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
-                              });
+  public:
+    ColorLookup() = default;
+    explicit ColorLookup(const Raster<T>& picture) : width_(picture.width), height_(picture.height)
+    {
+        for (std::size_t i = 0; i < picture.values.size(); i += 3)
+            values_.insert(values_.end(), {picture.values[i], picture.values[i + 1], picture.values[i + 2], T{}});
+    }
+
+    Vec3f operator()(Vec2f at) const
+    {
+        const float x = std::clamp(at.x, 0.0F, static_cast<float>(width_ - 1));
+        const float y = std::clamp(at.y, 0.0F, static_cast<float>(height_ - 1));
+        const int column = static_cast<int>(x);
+        const int row = static_cast<int>(y);
+        const T* const upper = pixel(column, row);
+        const std::ptrdiff_t right = column + 1 < width_ ? 4 : 0;
+        const T* const lower = pixel(column, std::min(row + 1, height_ - 1));
+        const Color across = Color{} + (x - static_cast<float>(column));
+        const Color above = color(upper) + (color(upper + right) - color(upper)) * across;
+        const Color below = color(lower) + (color(lower + right) - color(lower)) * across;
+        const Color result = above + (below - above) * (y - static_cast<float>(row));
+        return {result[0], result[1], result[2]};
+    }
+
+  private:
+    static Color color(const T* v)
+    {
+        return Color{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), static_cast<float>(v[3])};
+    }
+    const T* pixel(int column, int row) const
+    {
+        return &values_[4 *
+                        (static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column))];
+    }
+
+    int width_ = 0;
+    int height_ = 0;
+    std::vector<T> values_;
+};
+
+/// Searches compare colors in whole steps of a sixteenth L*a*b*: a few vector instructions compare a patch.
+inline constexpr float steps_per_lab = 16;
+inline std::int16_t in_steps(float lab)
+{
+    const float steps = std::clamp(lab * steps_per_lab, -2047.0F, 2047.0F);
+    return static_cast<std::int16_t>(steps + std::copysign(0.5F, steps));
 }
 
 /// The mean of `count` values, three per color.
@@ -112,9 +154,9 @@ class StylePicture
     /// The number of opaque pixels in the rectangle from (x0, y0) to before (x1, y1).
     double opaque_count(int x0, int y0, int x1, int y1) const;
     /// L*a*b* at any place.
-    Vec3f color(Vec2f at) const { return bilinear(lab_, at); }
-    /// The values of the patch around a whole pixel begin here; rows are lab().width * 3 apart.
-    const float* patch(int x, int y) const { return &lab_.at(x - side_ / 2, y - side_ / 2); }
+    Vec3f color(Vec2f at) const { return colors_(at); }
+    /// The values of the patch around a whole pixel begin here, in steps; rows are lab().width * 3 apart.
+    const std::int16_t* patch(int x, int y) const { return &steps_.at(x - side_ / 2, y - side_ / 2); }
     /// The mean of these values. \pre !is_directed(), and a whole patch fits there.
     Vec3f patch_mean(int x, int y) const
     {
@@ -133,6 +175,8 @@ class StylePicture
     }
     std::size_t grid_count() const { return static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_); }
     Vec2f grid_place(std::size_t number) const;
+    /// For each half pixel along an axis, the nearest of `count` columns or rows of the grid.
+    std::vector<std::uint32_t> nearest_along(int pixels, int count) const;
     void find_opaque_keys(const Raster8& opaque);
     void find_means(const Progress& progress);
     void find_directions(double stroke_px);
@@ -141,6 +185,8 @@ class StylePicture
     double scale_;
     int side_;
     RasterF lab_;
+    Raster<std::int16_t> steps_;         ///< lab_ in steps.
+    ColorLookup<float> colors_;          ///< The colors of lab_.
     RasterF means_;                      ///< Means of the patch around each pixel; empty with directions.
     int border_;                         ///< From a patch's center to its farthest point along x or y, however it is turned.
     Raster<std::uint32_t> opaque_sums_;  ///< Counts of opaque pixels above and to the left; empty: all are opaque.
@@ -150,6 +196,8 @@ class StylePicture
     RasterF directions_;  ///< Per pixel the structure tensor's cos and sin of twice the angle along strokes, times coherence.
     int columns_ = 0;
     int rows_ = 0;
+    std::vector<std::uint32_t> column_near_;
+    std::vector<std::uint32_t> row_near_;
     double key_step_ = 1;
     std::size_t features_ = 0;
     std::vector<float> mean_;   ///< values_per_patch()

@@ -44,8 +44,9 @@ struct LookedUp
         : level(&of), pixels_per_texel(texel_m / of.grid().spacing_m() / of.picture().scale())
     {
         const double scale = std::min(1.0, 1 / pixels_per_texel);
-        picture = resized(style, std::max(1, static_cast<int>(std::lround(style.width * scale))),
-                          std::max(1, static_cast<int>(std::lround(style.height * scale))));
+        const Raster8 picture = resized(style, std::max(1, static_cast<int>(std::lround(style.width * scale))),
+                                        std::max(1, static_cast<int>(std::lround(style.height * scale))));
+        colors = ColorLookup<std::uint8_t>(picture);
         const RasterF& searched = of.picture().lab();
         from_searched = {static_cast<float>(picture.width) / static_cast<float>(searched.width),
                          static_cast<float>(picture.height) / static_cast<float>(searched.height)};
@@ -55,21 +56,21 @@ struct LookedUp
     Vec3f color(Vec2f at) const
     {
         const Vec2f here{(at.x + 0.5F) * from_searched.x - 0.5F, (at.y + 0.5F) * from_searched.y - 0.5F};
-        return bilinear(picture, here) * (1 / 255.0F);
+        return colors(here) * (1 / 255.0F);
     }
 
     const Level* level;
     double pixels_per_texel;  ///< Pixels of the style picture for each texel.
-    Raster8 picture;
+    ColorLookup<std::uint8_t> colors;
     Vec2f from_searched;
 };
 
 }  // namespace
 
-Painting paint(const Task& task, const Level& level, int size_px, Progress& progress)
+Painting paint(const Task& task, const Level& level, const texturing::TexelFaces& faces, Progress& progress)
 {
     const Mesh& mesh = task.surface.mesh;
-    const texturing::TexelFaces faces = texturing::find_texel_faces(mesh, task.surface.charts, size_px, progress);
+    const int size_px = faces.size;
     double uv_per_m = 0;
     double weight = 0;
     for (std::uint32_t c = 0; c < task.surface.charts.count; ++c)
@@ -183,6 +184,7 @@ constexpr double finest_texel = 0.6;  // Levels with texels smaller than this sh
 constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
+constexpr double slow_preview = 4;  // Previews of more than 1 / 4 s come less often, so that they take a twentieth of the time.
 constexpr int least_patch_px = 5;
 constexpr int most_halvings = 2;  // Halvings of the strokes' size, where there is detail.
 constexpr int detail_rounds = 2;
@@ -247,7 +249,8 @@ class Synthesis
             levels.push_back(std::move(next));
         }
         run_.report("detail_shares", std::move(shares));
-        return paint(task_, *levels.back(), options_.size_px, run_);
+        const bool is_of_start = task_.start_faces != nullptr && task_.start_faces->size == options_.size_px;
+        return paint(task_, *levels.back(), is_of_start ? *task_.start_faces : texel_faces(options_.size_px), run_);
     }
 
     static double share_of_surface(const Level& level, const Level& whole)
@@ -370,17 +373,25 @@ class Synthesis
                 write_checkpoint(file_of(number), {number, round + 1, level.matches(), level.crowding()});
                 saved_ = Clock::now();
             }
-            if (images_ != nullptr && since(shown_) >= options_.preview_seconds)
+            if (images_ != nullptr && since(shown_) >= options_.preview_seconds * std::max(1.0, slow_preview * preview_took_))
             {
                 show(level);
                 shown_ = Clock::now();
+                preview_took_ = std::chrono::duration<double>(shown_ - now).count();
             }
         }
     }
 
-    void show(const Level& level) const
+    texturing::TexelFaces texel_faces(int size_px) const
     {
-        const Painting small = paint(task_, level, std::min(preview_px, options_.size_px), run_);
+        return texturing::find_texel_faces(task_.surface.mesh, task_.surface.charts, size_px, run_);
+    }
+
+    void show(const Level& level)
+    {
+        if (shown_faces_.size == 0)
+            shown_faces_ = texel_faces(std::min(preview_px, options_.size_px));
+        const Painting small = paint(task_, level, shown_faces_, run_);
         const Raster8 picture = texturing::to_bytes(small.texture.layers.front(), run_);
         write_file(run_.preview_folder() / "texture.png", images_->encode_png(picture));
     }
@@ -416,6 +427,8 @@ class Synthesis
     Clock::time_point started_ = Clock::now();
     Clock::time_point saved_ = started_;
     Clock::time_point shown_ = Clock::now();
+    double preview_took_ = 0;            ///< Seconds.
+    texturing::TexelFaces shown_faces_;  ///< The texels of previews, from the first one on.
 };
 
 }  // namespace

@@ -21,11 +21,11 @@ struct Painting
     SourceMap source;
 };
 
-/// Makes the texture of `size_px` texels a side from a finished level: the patches over each texel that a chart touches vote once
+/// Makes the texture with the given texels from a finished level: the patches over each texel that a chart touches vote once
 /// more, with colors of the style picture at the texture's own size (never enlarged). The texel mixes the color of the patch with
 /// the largest weight (`heaviest_share`) with the mean of all, and adds the mean shift. The same for any number of threads.
 /// Throws Canceled.
-Painting paint(const Task& task, const Level& level, int size_px, Progress& progress);
+Painting paint(const Task& task, const Level& level, const texturing::TexelFaces& faces, Progress& progress);
 
 /// texturing::mean_texel_m, in meters. Throws Error if charts or surface have no area.
 double texel_width_m(const Mesh& mesh, int size_px);
@@ -45,7 +45,7 @@ struct SynthesisOptions
     int rounds_count = 4;     ///< Per level.
     std::uint32_t seed = 0;
     double checkpoint_seconds = 10;  ///< Maximum seconds of work that a killed run loses; 0: no checkpoints.
-    double preview_seconds = 5;      ///< Between previews: often enough to watch, at a hundredth of the time.
+    double preview_seconds = 5;      ///< Between previews: often enough to watch, at a twentieth of the time.
 };
 
 /// Paints a surface from coarse to fine: strokes are 8 texels wide in the finest level and half as many in each coarser one; then

@@ -215,7 +215,8 @@ class PlainLevel
             return Vec2f{(at.x + 0.5F) * static_cast<float>(picture.width) / static_cast<float>(picture_.lab().width),
                          (at.y + 0.5F) * static_cast<float>(picture.height) / static_cast<float>(picture_.lab().height)};
         };
-        const auto color = [&](Vec2f at) { return bilinear(style, to(style, at) - Vec2f{0.5F, 0.5F}) * (1 / 255.0F); };
+        const ColorLookup<std::uint8_t> colors(style);
+        const auto color = [&](Vec2f at) { return colors(to(style, at) - Vec2f{0.5F, 0.5F}) * (1 / 255.0F); };
         std::map<std::size_t, Texel> result;
         for (std::size_t texel = 0; texel < faces.face.size(); ++texel)
         {
@@ -271,18 +272,24 @@ class PlainLevel
         return wanted * std::min(1.0, 14 / std::max(length(wanted), 1e-9));
     }
 
-    /// Mean squared difference of a value from a place's shifted copy, with a third of the squared shift as its price.
+    /// Mean squared difference of a value from a place's copy, in steps of a sixteenth L*a*b*, where the square of what the mean
+    /// lacks gives way to that of what the shift leaves and a third of the squared shift as its price.
     double distance_of(const Look& look, Vec2f at) const
     {
         const Look own = copy(at);
         const Vec3d by = shift(look, at);
+        const Vec3d gap = mean_of(look) - mean_of(own);
+        const auto stepped = [](Vec3f v) {
+            return Vec3d{std::round(16.0 * v.x), std::round(16.0 * v.y), std::round(16.0 * v.z)};
+        };
         double sum = 0;
         for (std::size_t i = 0; i < look.size(); ++i)
         {
-            const Vec3d away = vec_cast<double>(look[i] - own[i]) - by;
+            const Vec3d away = (stepped(look[i]) - stepped(own[i])) * (1.0 / 16);
             sum += dot(away, away);
         }
-        return (sum / static_cast<double>(look.size()) + dot(by, by) / 3) / 3;
+        const double left = sum / static_cast<double>(look.size()) - dot(gap, gap) + dot(gap - by, gap - by);
+        return std::max(0.0, left + dot(by, by) / 3) / 3;
     }
 
     double squared_distance(const float* features, std::size_t key) const

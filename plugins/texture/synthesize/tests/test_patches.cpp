@@ -435,3 +435,28 @@ TEST_CASE("patches do not reach surface a centimeter behind, joined by its rim o
                       }) == 0);
         }
 }
+
+TEST_CASE("the values of texels that no patch samples do not count")
+{
+    const Prepared wall(turned_wall(0.4, 3), 0.05);
+    const auto& texels = wall.grid.texels();
+    std::vector<float> share;
+    for (const SurfaceGrid::Texel& texel : texels)
+        share.push_back(texel.position.x < 0.6F ? 1.0F : 0.0F);
+    const Patches patches(wall.surface, wall.grid, wall.upward, 11, 4, wall.run, {}, share);
+    const std::vector<std::uint8_t> sampled = patches.sampled(wall.grid, wall.run);
+    std::vector<Vec3f> values;
+    for (std::size_t t = 0; t < texels.size(); ++t)
+    {
+        const float value = sampled[t] != 0 ? 1 : std::numeric_limits<float>::quiet_NaN();
+        values.push_back({value, value, value});
+        CHECK((sampled[t] != 0 || texels[t].position.x > 0.6F));
+        CHECK((sampled[t] == 0 || texels[t].position.x < 1.2F));
+    }
+    std::vector<Vec3f> found(121);
+    for (std::size_t p = 0; p < patches.count(); ++p)
+    {
+        patches.sample(wall.grid, values, p, found.data());
+        CHECK(std::ranges::all_of(found, [](Vec3f v) { return near(v, {1, 1, 1}); }));
+    }
+}

@@ -114,13 +114,18 @@ TEST_CASE("squared distances of rows that are apart in memory are those of a pla
         {
             CAPTURE(kernel->name, block.rows, block.length);
             Random random(block.rows);
-            const auto any = [&] { return static_cast<double>(random.below(100)); };
-            const auto a = filled(block.rows * block.length, any);
-            const auto b = filled(block.rows * block.stride, any);
+            const auto any = [&] { return static_cast<double>(random.below(4096)) - 2048; };
+            const auto whole = [&](std::size_t count)
+            {
+                const auto values = filled(count, any);
+                return std::vector<std::int16_t>(values.begin(), values.end());
+            };
+            const auto a = whole(block.rows * block.length);
+            const auto b = whole(block.rows * block.stride);
             double sum = 0;
             for (std::size_t y = 0; y < block.rows; ++y)
                 for (std::size_t x = 0; x < block.length; ++x)
-                    sum += std::pow(static_cast<double>(a[y * block.length + x] - b[y * block.stride + x]), 2);
+                    sum += std::pow(a[y * block.length + x] - b[y * block.stride + x], 2);
             CHECK(static_cast<double>(kernel->squared_distance(a.data(), b.data(), block.stride, block.rows, block.length)) ==
                   Approx(sum).epsilon(1e-5));
         }

@@ -111,8 +111,9 @@ TEST_CASE_METHOD(testing::StageTest, "features are as far apart as patches whose
 TEST_CASE("a picture's colors are bilinear, and those at its border go on beyond it")
 {
     const Raster8 picture = testing::picture(2, 2, [](int x, int y, int c) { return 100 * x + 40 * y + c; });
-    CHECK(bilinear(picture, {0.25F, 0.5F}) == Vec3f{45, 46, 47});
-    CHECK(bilinear(picture, {-3, 9}) == Vec3f{40, 41, 42});
+    const ColorLookup<std::uint8_t> colors(picture);
+    CHECK(colors({0.25F, 0.5F}) == Vec3f{45, 46, 47});
+    CHECK(colors({-3, 9}) == Vec3f{40, 41, 42});
 }
 
 TEST_CASE_METHOD(testing::StageTest,

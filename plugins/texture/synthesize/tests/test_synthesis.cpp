@@ -22,6 +22,11 @@ float largest_difference(const std::vector<Vec3f>& a, const std::vector<Vec3f>& 
     return largest;
 }
 
+texturing::TexelFaces texel_faces(const WallTask& wall, int size_px)
+{
+    return texturing::find_texel_faces(wall.surface.mesh, wall.surface.charts, size_px, Progress());
+}
+
 /// Two places between which rounding may decide, be they a patch's own or continued from around.
 bool is_tie(const plain::PlainLevel& twin, const plain::Searched& searched, std::size_t patch, Vec2f a, Vec2f b)
 {
@@ -127,7 +132,7 @@ TEST_CASE("a whole synthesis is that of a plain twin")
         for (int round = 0; round < 3; ++round)
             compare_round(fine, plain_fine, wall.run);
         for (const int size : {48, 180})
-            compare_texture(paint(wall.task, fine, size, wall.run), plain_fine.texture(size, fine.matches()));
+            compare_texture(paint(wall.task, fine, texel_faces(wall, size), wall.run), plain_fine.texture(size, fine.matches()));
     }
 }
 
@@ -173,7 +178,7 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
             for (int round = 0; round < 2; ++round)
                 level->paint_round(run);
         }
-        const Painting expected = paint(wall.task, *level, c.size, run);
+        const Painting expected = paint(wall.task, *level, texel_faces(wall, c.size), run);
         float worst = 0;
         for (std::size_t i = 0; i < expected.texture.layers[0].values.size(); ++i)
             worst = std::max(worst, std::abs(expected.texture.layers[0].values[i] - whole.texture.layers[0].values[i]));

@@ -7,10 +7,12 @@
 #include "base/machine.h"
 #include "report/report.h"
 #include "run/commands_inspect.h"
+#include "run/exports.h"
 #include "run/output_record.h"
 #include "run/scheduler.h"
 #include "run/stage_choice.h"
 #include "run/tasks.h"
+#include "store/stage_record.h"
 #include <fresco/error.h>
 #include <fresco/file_access.h>
 #include <fresco/files_io.h>
@@ -158,6 +160,14 @@ class ProgressFile
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, std::fclose};
 };
 
+/// Whether a folder is an input, or in one: what a run writes there would change what its stages read.
+bool is_in_input(const fs::path& folder, const Pipeline& pipeline)
+{
+    const fs::path place = resolved(folder) / "";
+    return std::ranges::any_of(named_inputs(pipeline), [&](const fs::path& input)
+                               { return place.string().starts_with((resolved(input) / "").string()); });
+}
+
 /// Throws UsageError for an argument that needs a matrix, in a pipeline without one.
 void check_matrix_options(const RunArguments& arguments, const Pipeline& pipeline)
 {
@@ -289,7 +299,7 @@ int run(const RunArguments& arguments)
     set_limits(arguments, request);
     std::optional<ProgressFile> progress;
     auto display = make_display(display_kind(arguments));
-    if (!arguments.no_report && !is_task)
+    if (!arguments.no_report && !is_task && !is_in_input(request.out, pipeline))
         display = make_recording_display(std::move(display), progress.emplace(request).file());
     const auto begin = std::chrono::steady_clock::now();
     RunSummary summary = run_pipeline(request, *display);

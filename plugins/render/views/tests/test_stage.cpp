@@ -122,35 +122,6 @@ TEST_CASE("on a slanted wall, anisotropic lookups keep what runs along with the 
     CHECK(apart(rendering::TextureFilter::anisotropic) < 0.5 * apart(rendering::TextureFilter::trilinear));
 }
 
-TEST_CASE("samples of one face that are looked up together show what each of them shows, as sharp")
-{
-    // On a wall that faces the camera, anisotropic lookups are trilinear ones, each sample for itself.
-    const TexturedMesh textured = wall(testing::noise_picture(256, 256, 9));
-    for (const int height : {500, 256, 128, 64})
-    {
-        CAPTURE(height);
-        const auto picture = [&](rendering::TextureFilter filter)
-        {
-            const rendering::ViewRenderer renderer(textured, {.samples_per_side = 2, .filter = filter});
-            return renderer.render(testing::camera(height, height, 0.97 * height), Progress{});
-        };
-        const Raster8 together = picture(rendering::TextureFilter::trilinear);
-        const Raster8 each = picture(rendering::TextureFilter::anisotropic);
-        double apart = 0;
-        double contrast = 0;
-        double contrast_of_each = 0;
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x + 1 < height; ++x)
-            {
-                apart += std::abs(together.at(x, y) - each.at(x, y));
-                contrast += std::abs(together.at(x + 1, y) - together.at(x, y));
-                contrast_of_each += std::abs(each.at(x + 1, y) - each.at(x, y));
-            }
-        CHECK(contrast == Approx(contrast_of_each).epsilon(0.25));
-        CHECK(apart < 0.5 * contrast_of_each);
-    }
-}
-
 TEST_CASE("lamps of the published viewers, on walls that face them, stand askew and face away")
 {
     TexturedMesh textured = wall(Raster8(4, 4, 3, 100));

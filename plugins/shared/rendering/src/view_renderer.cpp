@@ -79,7 +79,7 @@ struct Linear
 /// Texture lookup of a sample.
 struct Footprint
 {
-    double lod = 0;  ///< Below 0 where texels are larger than samples.
+    double lod = 0;
     int places = 1;  ///< Spread along …
     Vec2d along;     ///< … this, in texels, around the texel.
 };
@@ -104,8 +104,6 @@ struct FacePlane
 };
 
 constexpr int most_places = 8;  ///< Most lookups of a footprint.
-/// One lookup for n samples blurs as much as n of them if its footprint's area is so many times n: the texels' variances agree.
-constexpr double blur_share = 0.55;
 
 /// From how far apart two neighboring samples look a texture up. (u, v): the texel here.
 Footprint footprint(const FacePlane& plane, double nearness, double u, double v, TextureFilter filter)
@@ -133,7 +131,7 @@ Footprint footprint(const FacePlane& plane, double nearness, double u, double v,
         print.along = across >= down ? Vec2d{du[0], dv[0]} : Vec2d{du[1], dv[1]};
         texels /= print.places * print.places;
     }
-    print.lod = 0.5 * double{std::log2(static_cast<float>(texels))};
+    print.lod = texels > 1 ? 0.5 * double{std::log2(static_cast<float>(texels))} : 0;
     return print;
 }
 
@@ -189,21 +187,19 @@ class PlaneCache
 
     const FacePlane& plane(std::uint32_t face)
     {
-        FacePlane& kept = planes_[face % count];
+        FacePlane& kept = planes_[face % planes_.size()];
         if (kept.face != face)
             place(kept, mesh_, face, into_camera_, intrinsics_, texels_, filter_);
         return kept;
     }
 
   private:
-    static constexpr std::size_t count = 512;
-
     const Mesh& mesh_;
     IntoCamera into_camera_;
     Intrinsics intrinsics_;
     Vec2d texels_;
     TextureFilter filter_;
-    std::vector<FacePlane> planes_{std::vector<FacePlane>(count)};
+    std::vector<FacePlane> planes_{std::vector<FacePlane>(1024)};
 };
 
 std::uint8_t rounded(float v)
@@ -295,32 +291,19 @@ class RowPainter
     int add_pixel(int x, int y)
     {
         const int side = options_.samples_per_side;
-        const int left = x * side;
-        const int top = y * side;
-        const auto face_at = [&](int row, int column) { return faces_.at(left + column, top + row - first_sample_row_); };
-        const std::uint32_t first = face_at(0, 0);
-        bool is_merged = may_merge_;
-        for (int row = 0; is_merged && row < side; ++row)
-            for (int column = 0; column < side; ++column)
-                is_merged = is_merged && face_at(row, column) == first;
-        const auto add = [&](std::uint32_t face, double column, double row, int count)
-        {
-            if (face == no_face)
-                return 0;
-            const FacePlane& plane = planes_.plane(face);
-            return plane.is_front ? add_samples(plane, left + column, top + row, count) : 0;
-        };
-        if (is_merged)
-            return add(first, 0.5 * (side - 1), 0.5 * (side - 1), side * side);
         int found = 0;
-        for (int row = 0; row < side; ++row)
-            for (int column = 0; column < side; ++column)
-                found += add(face_at(row, column), column, row, 1);
+        for (int row = y * side; row < (y + 1) * side; ++row)
+            for (int column = x * side; column < (x + 1) * side; ++column)
+                if (const std::uint32_t face = faces_.at(column, row - first_sample_row_); face != no_face)
+                {
+                    const FacePlane& plane = planes_.plane(face);
+                    if (plane.is_front)
+                        found += add_sample(plane, column, row);
+                }
         return found;
     }
 
-    /// `count` samples around (x, y).
-    int add_samples(const FacePlane& plane, double x, double y, int count)
+    int add_sample(const FacePlane& plane, double x, double y)
     {
         const double nearness = plane.nearness.at(x, y);
         const double depth = 1 / nearness;
@@ -332,17 +315,14 @@ class RowPainter
         if (u < plane.u_low || u > plane.u_high || v < plane.v_low || v > plane.v_high)
             weights_inside(plane, x, y, u, v);
         const std::size_t before = lookups_.count();
-        Footprint print = plane.is_small ? plane.footprint : footprint(plane, nearness, u, v, options_.filter);
-        if (count > 1)
-            print.lod += merged_lod_;
-        if (print.places == 1)
-            lookups_.add(u, v, print.lod, static_cast<float>(count));
+        if (plane.is_small && plane.footprint.places == 1)
+            lookups_.add(u, v, plane.footprint.lod, 1);
         else
-            add_spread(u, v, print);
+            add_spread(u, v, plane.is_small ? plane.footprint : footprint(plane, nearness, u, v, options_.filter));
         if (is_shaded_)
             groups_.push_back(
                 {lookups_.count() - before, static_cast<float>(lighting_.at(plane.face, weights_inside(plane, x, y, u, v)))});
-        return count;
+        return 1;
     }
 
     void add_spread(double u, double v, const Footprint& print)
@@ -381,9 +361,6 @@ class RowPainter
     PlaneCache planes_;
     Lookups lookups_;
     bool is_shaded_ = options_.lights.diffuse > 0;
-    /// Samples of a pixel that see one face are looked up together, where mip-maps can blur as much as several lookups do.
-    bool may_merge_ = options_.filter == TextureFilter::trilinear && !is_shaded_;
-    double merged_lod_ = 0.5 * std::log2(std::max(1.0, blur_share* options_.samples_per_side* options_.samples_per_side));
     std::vector<Group> groups_;
     std::vector<int> found_;  ///< Samples of each pixel.
 };

@@ -49,7 +49,7 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
     const PlyLayout::Element* const harmonics = layout.find("sh");
     if (vertex == nullptr || vertex->count == 0)
         throw Error(source + ": has no vertices, and so no Gaussian splats");
-    if (chunk.begin > vertex->begin || chunk.count != (vertex->count + chunk_rows - 1) / chunk_rows)
+    if (chunk.begin == 0 || chunk.begin > vertex->begin || chunk.count != (vertex->count + chunk_rows - 1) / chunk_rows)
         throw Error(fmt::format("{}: has {} vertices in {} chunks; expected {} vertices in each chunk but the last", source,
                                 vertex->count, chunk.count, chunk_rows));
     const auto three = [&](const std::string& what, const char* axes)
@@ -74,7 +74,9 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
 
     SplatFile file;
     file.format = SplatFormat::compressed_ply;
-    while (harmonics != nullptr && 3 * coefficients_of(file.harmonics_degree) < harmonics->properties.size())
+    constexpr int most_degree = 4;
+    while (harmonics != nullptr && file.harmonics_degree < most_degree &&
+           3 * coefficients_of(file.harmonics_degree) < harmonics->properties.size())
         ++file.harmonics_degree;
     resize(file.splats, vertex->count);
     for (std::size_t i = 0; i < vertex->count; ++i)

@@ -4,6 +4,7 @@
 #include <fresco/splats/painted_splats.h>
 
 #include <algorithm>
+#include <sstream>
 
 namespace fresco::splats
 {
@@ -98,14 +99,21 @@ std::vector<std::byte> ply_of(const Splats& splats)
 std::string header_text(std::string_view header, std::size_t count, bool keeps_harmonics)
 {
     std::string text;
+    std::string element;
     for (std::size_t begin = 0; begin < header.size();)
     {
         const std::size_t end = header.find('\n', begin) + 1;
-        const std::string_view line = header.substr(begin, end - begin);
+        const std::string line(header.substr(begin, end - begin));
         begin = end;
-        if (line.starts_with("element vertex"))
+        std::istringstream words(line);
+        std::string first;
+        std::string second;
+        std::string third;
+        words >> first >> second >> third;
+        element = first == "element" ? second : element;
+        if (first == "element" && element == "vertex")
             text += fmt::format("element vertex {}\n", count);
-        else if (keeps_harmonics || !line.starts_with("property") || line.find(" f_rest_") == std::string_view::npos)
+        else if (keeps_harmonics || first != "property" || element != "vertex" || !third.starts_with("f_rest_"))
             text += line;
     }
     return text;

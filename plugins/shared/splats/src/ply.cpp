@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <system_error>
 
 namespace fresco::splats
 {
@@ -35,11 +36,16 @@ std::vector<std::string_view> words_of(std::string_view line)
 void place(PlyLayout& layout, std::size_t header_bytes, Bytes bytes, const std::string& source)
 {
     std::size_t begin = header_bytes;
+    if (std::ranges::find(layout.elements, "vertex", &PlyLayout::Element::name) == layout.elements.end())
+        return;
     for (auto& element : layout.elements)
     {
         element.begin = begin;
         if (element.row_bytes == 0)
-            return;
+            throw Error(
+                fmt::format("{}: the element \"{}\" has lists or no properties and stands before the vertices; splats have "
+                            "their vertices before such an element",
+                            source, element.name));
         const std::size_t rows = (bytes.size() - begin) / element.row_bytes;
         if (element.count > rows)
             fail_at(source, bytes.size(),
@@ -100,7 +106,8 @@ PlyLayout ply_layout(Bytes bytes, const std::string& source)
             PlyLayout::Element element;
             const bool is_whole = words.size() == 3;
             const char* const digits_end = is_whole ? words[2].data() + words[2].size() : nullptr;
-            if (!is_whole || std::from_chars(words[2].data(), digits_end, element.count).ptr != digits_end)
+            const auto read = is_whole ? std::from_chars(words[2].data(), digits_end, element.count) : std::from_chars_result{};
+            if (!is_whole || read.ec != std::errc() || read.ptr != digits_end)
                 fail("expected \"element NAME COUNT\"");
             element.name = words[1];
             layout.elements.push_back(std::move(element));

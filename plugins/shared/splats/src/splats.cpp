@@ -109,15 +109,17 @@ SplatFile parse_splats(std::span<const std::byte> bytes, const std::string& sour
     {
         const ZipReader zip(bytes, source);
         if (!zip.contains(std::string(meta_name)))
-            throw Error(source + ": the archive has no meta.json, so it isn't a SOG; unpack it first");
+            throw Error(source +
+                        ": the archive has no meta.json, so it isn't a SOG; if it holds a file of splats, unpack it first");
         constexpr std::size_t most_meta = std::size_t{1} << 24U;
-        constexpr std::size_t most_picture = std::size_t{1} << 32U;
+        // WebP hardly deflates.
+        const std::size_t most_picture = 2 * bytes.size() + 65536;
         const auto meta = zip.unpacked(std::string(meta_name), most_meta);
         const auto unpacked = [&](const std::string& name) { return zip.unpacked(name, most_picture); };
         return parse_sog(text_of(meta), unpacked, bytes.size(), source);
     }
     if (is_ksplat(bytes))
-        throw Error(source + ": is KSPLAT, which fresco doesn't read; \"splat-transform IN.ksplat OUT.ply\" makes a PLY of it");
+        throw Error(source + ": KSPLAT is not supported; convert it: splat-transform IN.ksplat OUT.ply");
     if (text.starts_with("glTF"))
         throw Error(source + ": is GLB; splats are read from PLY, SPLAT, SPZ and SOG, models by scan.mesh");
     if (is_splat(bytes))

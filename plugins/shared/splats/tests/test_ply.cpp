@@ -55,6 +55,23 @@ TEST_CASE("A damaged PLY is refused, and the error names the place")
     CHECK_THROWS_WITH(parse_splats(samples::ply(bad), "x.ply"), Contains("Gaussian 1 has"));
 }
 
+TEST_CASE("A header cannot claim rows that are not there")
+{
+    const auto refused = [](const std::string& elements)
+    {
+        const std::string file = "ply\nformat binary_little_endian 1.0\n" + elements + "end_header\n";
+        return testing::error_of([&] { parse_splats(std::as_bytes(std::span(file)), "x.ply"); });
+    };
+    std::string vertex = "element vertex 4000000000\n";
+    for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0",
+                             "rot_1", "rot_2", "rot_3"})
+        vertex += std::string("property float ") + name + "\n";
+    CHECK_THAT(refused(vertex), Contains("ends behind 0 of the 4000000000 rows"));
+    CHECK_THAT(refused("element face 1\nproperty list uchar int v\n" + vertex), Contains("\"face\" has lists"));
+    CHECK_THAT(refused("element none 1\n" + vertex), Contains("\"none\" has lists or no properties"));
+    CHECK_THAT(refused("element vertex 99999999999999999999\n"), Contains("expected \"element NAME COUNT\""));
+}
+
 TEST_CASE("A label from SuperSplat is read")
 {
     const auto path = shared_data("splats/supersplat_mixed_drops_inria_sh3.ply", "the reader of INRIA PLY");

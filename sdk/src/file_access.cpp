@@ -75,6 +75,8 @@ FileDescriptor open_guarded(const fs::path& folder, const std::string& advice)
     fs::path reached = "/";
     for (const fs::path& step : folder.relative_path())
     {
+        if (!fd.valid())
+            break;
         FileDescriptor next(uninterrupted([&] { return openat(fd.get(), step.c_str(), flags); }));
         const int cause = errno;
         struct stat status = {};
@@ -83,8 +85,6 @@ FileDescriptor open_guarded(const fs::path& folder, const std::string& advice)
             refuse(reached, status.st_mode, true, advice);
         fd = std::move(next);
         errno = cause;
-        if (!fd.valid())
-            break;
     }
     return fd;
 }

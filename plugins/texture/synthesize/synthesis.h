@@ -30,8 +30,8 @@ Painting paint(const Task& task, const Level& level, const texturing::TexelFaces
 /// texturing::mean_texel_m, in meters. Throws Error if charts or surface have no area.
 double texel_width_m(const Mesh& mesh, int size_px);
 
-/// Width of strokes: `wanted_m`, or if that is 0, texturing::usual_stroke_m. Throws Error if the wanted ones are narrower than two
-/// texels, or wider than the surface is long.
+/// Width of strokes: `wanted_m`, or if that is 0, texturing::usual_stroke_m. Throws Error if the wanted ones are narrower than
+/// two texels, or wider than the surface is long.
 double stroke_width_m(const Mesh& mesh, double wanted_m, double texel_m);
 
 struct SynthesisOptions

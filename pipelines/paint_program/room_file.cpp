@@ -206,9 +206,11 @@ ScanKind kind_of(const fs::path& scan)
     static const std::vector<std::string> models{".glb", ".gltf", ".obj", ".ply",  ".3ds",  ".abc",  ".blend", ".dae",
                                                  ".fbx", ".stl",  ".usd", ".usda", ".usdc", ".usdz", ".wrl",   ".x3d"};
     const std::string extension = lower_extension(scan);
+    if (fs::is_directory(scan))
+        return ScanKind::recording;
     if (is_among(extension, {".splat", ".spz", ".sog", ".ksplat"}) || (extension == ".ply" && is_splat_ply(scan)))
         return ScanKind::splats;
-    return !fs::is_directory(scan) && is_among(extension, models) ? ScanKind::model : ScanKind::recording;
+    return is_among(extension, models) ? ScanKind::model : ScanKind::recording;
 }
 
 const std::vector<std::string>& exports()

@@ -52,7 +52,7 @@ std::string with_heading(const std::string& text, const std::string& command);
 
 enum class RoomState
 {
-    replaceable,  ///< There is none, or it is as it was written.
+    replaceable,  ///< No file is there, or nobody has edited it.
     edited,       ///< Was written with the same text, and edited since.
     other         ///< Was written with another text and edited since, or somebody else wrote it.
 };

@@ -53,7 +53,7 @@ class Runs
     Started take(const std::string& id, const PaintingRequest& request, const std::string& kind);
     /// Ends the run under way; nothing half stays but what the store needs to go on.
     void cancel();
-    /// Throws Error for one that is being made, and where there is none.
+    /// Throws Error if there is no such painting, or while it is being made.
     void remove(const std::string& id);
 
     /// Newest first, without the preview.

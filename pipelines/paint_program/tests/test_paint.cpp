@@ -82,6 +82,8 @@ TEST_CASE("a scan is a recording, a model or splats, by its name and by a PLY fi
     CHECK(kind_of(place.file("my scan")) == ScanKind::recording);
     fs::create_directories(place.file("folder.glb"));
     CHECK(kind_of(place.file("folder.glb")) == ScanKind::recording);
+    fs::create_directories(place.file("folder.splat"));
+    CHECK(kind_of(place.file("folder.splat")) == ScanKind::recording);
     CHECK(kind("room.sens", "") == ScanKind::recording);
     CHECK(kind("room.GLB", "") == ScanKind::model);
     CHECK(kind("a.splat", "") == ScanKind::splats);

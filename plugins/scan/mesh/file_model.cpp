@@ -394,6 +394,9 @@ std::string ObjectNumbers::path(const std::string& outer, std::string_view name)
     constexpr std::size_t most_bytes = 256;
     if (name.empty() || name.size() > most_bytes)
         return outer;
+    // Stored names are UTF-8; two that differ only in bytes that are not become one here already.
+    const std::string stored = fresco::parse_json(fresco::to_json(fresco::Value(std::string(name))), "a name").as_string();
+    name = stored;
     if (outer.empty() || outer.size() > most_bytes)
         return std::string(name);
     return outer == name || outer.ends_with("/" + std::string(name)) ? outer : outer + "/" + std::string(name);

@@ -249,7 +249,7 @@ std::vector<std::byte> painted_bytes(const std::filesystem::path& path, const Sp
     const std::vector<std::byte> bytes = is_own ? read_file(path) : bytes_of(file.splats, format);
     const std::string source = path.string();
     // Indices are those of the file that was read.
-    if (is_own && parse_splats(bytes, source).splats.size() != file.splats.size())
+    if (is_own && parse_splats(bytes, source).splats.centers != file.splats.centers)
         throw Error(source + ": has changed since it was read: run again");
     if (format == SplatFormat::ply)
         return painted_ply(bytes, painted, keeps_harmonics || !is_own, source);

@@ -28,8 +28,18 @@ std::size_t webp_pixels(Bytes bytes)
         const auto sizes = value_at<std::uint32_t>(bytes, 21);
         return side(sizes & 0x3fffU) * side(sizes >> 14U & 0x3fffU);
     }
-    return is(12, "VP8X") ? side(value_at<std::uint32_t>(bytes, 24) & 0xffffffU) * side(value_at<std::uint32_t>(bytes, 26) >> 8U)
-                          : 0;
+    if (!is(12, "VP8X"))
+        return 0;
+    constexpr std::size_t chunk_header = 8;
+    std::size_t at = 12;
+    while (bytes.size() - at >= chunk_header && !is(at, "VP8L"))
+    {
+        const std::size_t length = value_at<std::uint32_t>(bytes, at + 4);
+        at += std::min(bytes.size() - at, chunk_header + length + length % 2);
+    }
+    const bool is_lossless = bytes.size() - at >= chunk_header;
+    return is_lossless ? side(value_at<std::uint32_t>(bytes, 24) & 0xffffffU) * side(value_at<std::uint32_t>(bytes, 26) >> 8U)
+                       : 0;
 }
 
 /// The pixels of the Gaussians: red, green, blue, alpha.

@@ -15,7 +15,6 @@ constexpr std::string_view magic = "NGSP";
 constexpr std::size_t legacy_header = 16;
 constexpr std::size_t header = 32;
 constexpr std::size_t table_entry = 16;
-constexpr std::uint8_t extended = 2;  ///< Flag: records of vendors follow the Gaussians, in version 4 the header.
 constexpr double color_scale = 0.15;
 
 [[noreturn]] void refuse(const std::string& source, const std::string& what)
@@ -130,7 +129,10 @@ SpzContents unpacked_legacy(Bytes bytes, const std::string& source)
         row_bytes += each;
     check_count(spz.count, row_bytes, bytes.size(), source);
     constexpr std::size_t most_extra = 65536;
-    const auto plain = take(legacy_header + spz.count * row_bytes + most_extra);
+    const std::size_t most_bytes = legacy_header + spz.count * row_bytes + most_extra;
+    const auto plain = take(most_bytes + 1);
+    if (plain.size() > most_bytes)
+        refuse(source, "more than 64 KiB stand behind its Gaussians");
     if (plain.size() < legacy_header + spz.count * row_bytes)
         refuse(source, fmt::format("its {} Gaussians end behind {} bytes", spz.count, plain.size()));
     auto at = plain.begin() + legacy_header;
@@ -140,8 +142,7 @@ SpzContents unpacked_legacy(Bytes bytes, const std::string& source)
         spz.streams[k].assign(at, end);
         at = end;
     }
-    if ((spz.flags & extended) != 0)
-        spz.extensions.assign(at, plain.end());
+    spz.extensions.assign(at, plain.end());
     return spz;
 }
 

@@ -337,15 +337,28 @@ void Server::serve()
         boost::system::error_code error;
         tcp::socket socket(state_->context);
         state_->acceptor.accept(socket, error);
+        if (error)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));  // Descriptors may be free again.
         if (error || state_->stopped || state_->connections >= most_connections)
             continue;
         ++state_->connections;
         std::thread(
             [state = state_.get()](tcp::socket taken)
             {
-                state->note(taken.native_handle(), true);
-                state->converse(taken);
-                state->note(taken.native_handle(), false);
+                {
+                    // Closed before the state may go, whose context it belongs to.
+                    tcp::socket stream = std::move(taken);
+                    state->note(stream.native_handle(), true);
+                    try
+                    {
+                        state->converse(stream);
+                    }
+                    catch (const std::exception& cause)
+                    {
+                        fmt::print(stderr, "warning: a connection ended: {}\n", cause.what());
+                    }
+                    state->note(stream.native_handle(), false);
+                }
                 --state->connections;
             },
             std::move(socket))
@@ -358,9 +371,9 @@ void Server::serve()
 
 void Server::stop()
 {
+    const std::lock_guard lock(state_->mutex);
     state_->stopped = true;
     ::shutdown(state_->acceptor.native_handle(), SHUT_RDWR);
-    const std::lock_guard lock(state_->mutex);
     for (const int handle : state_->handles)
         ::shutdown(handle, SHUT_RDWR);
 }

@@ -356,15 +356,15 @@ int serve(const Arguments& arguments)
     std::fflush(stdout);
     if (!arguments.no_browser)
         open_browser(server.address());
-    std::thread(
+    std::thread ending(
         [&]
         {
             int number = 0;
             sigwait(&ends, &number);
             server.stop();
-        })
-        .detach();
+        });
     server.serve();
+    ending.join();
     return 0;
 }
 }  // namespace
@@ -380,7 +380,7 @@ int main(int argc, char** argv)
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();
     app.add_option("--host", arguments.host,
-                   "Address of this machine to serve at; any but 127.0.0.1 lets others in who have the page's address")
+                   "Address of this machine to serve at; any but 127.0.0.1 lets in anyone who has the page's address")
         ->capture_default_str();
     app.add_flag("--no-browser", arguments.no_browser, "Only print the address");
     app.set_help_all_flag("--help-all", "Print the help of all commands");

@@ -127,6 +127,7 @@ Started Runs::paint(const PaintingRequest& request, const Value& asked, Care car
 
 Started Runs::take(const std::string& id, const PaintingRequest& request, const std::string& kind)
 {
+    const std::lock_guard one_at_a_time(asking_);
     const fs::path folder = folder_of(id);
     refuse_if_painting();
     write_durable_file(folder / (kind + ".yaml"), export_text(request, kind));
@@ -152,8 +153,9 @@ Started Runs::start(Job job)
 void Runs::refuse_if_painting() const
 {
     const std::lock_guard lock(mutex_);
-    if ((next_ && next_->care == "full") || (current_ && current_->care == "full" && !canceled_))
-        throw Error("a painting is being made; cancel it first, or wait for it");
+    const auto is_wanted = [](const Job& job) { return job.care == "full" || job.care == "export"; };
+    if ((next_ && is_wanted(*next_)) || (current_ && is_wanted(*current_) && !canceled_))
+        throw Error("a painting or an export is being made; cancel it first, or wait for it");
 }
 
 void Runs::cancel()
@@ -167,6 +169,7 @@ void Runs::cancel()
 
 void Runs::remove(const std::string& id)
 {
+    const std::lock_guard one_at_a_time(asking_);
     {
         const std::lock_guard lock(mutex_);
         if ((current_ && current_->id == id) || (next_ && next_->id == id))
@@ -288,7 +291,7 @@ void Runs::run(const Job& job)
             log << (line.starts_with('{') ? line : to_json(Value::Map{{"event", "note"}, {"text", line}})) << "\n";
         log.flush();
         const std::lock_guard lock(mutex_);
-        dropped = dropped || canceled_ || (next_ && job.care != "full");
+        dropped = dropped || canceled_ || (next_ && job.care != "full" && job.care != "export");
         if ((dropped || ending_) && !told)
         {
             told = Clock::now();

@@ -23,7 +23,7 @@ namespace
 
 using Part = splats::PaintedSplats::Part;
 
-/// A Gaussian's standard deviation is at most a quarter of a stroke where it is split: twice as much across.
+/// The width of a Gaussian, twice its standard deviation, is at most a quarter of a stroke where it is split.
 constexpr double strokes_across = 0.25;
 constexpr double largest_ratio = 16;         ///< Parts of larger Gaussians are larger: a few of these would make millions.
 constexpr double least_opacity = 1 / 128.0;  ///< Parts that show less are left out.
@@ -212,11 +212,11 @@ Painting paint(const splats::Splats& splats, const TexturedMesh& textured, const
                          const std::size_t before = parts.size();
                          painter.add(static_cast<std::uint32_t>(i), parts);
                          made += parts.size() - before;
-                         if (made > options.most_parts)
+                         if (options.densify && made > options.most_parts)
                              throw Error(
                                  fmt::format("splitting Gaussians that are larger than a quarter of a stroke of {:.3g} cm "
                                              "would make more than {} of them: use a larger stroke_cm, check that "
-                                             "unit_m is right, or set densify: off",
+                                             "unit_m is right, or set densify: false",
                                              100 * options.stroke_m, options.most_parts));
                      }
                  });

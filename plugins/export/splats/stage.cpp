@@ -60,6 +60,11 @@ class ExportSplats final : public Stage
         if (painting.unpainted == splat.splats.size())
             throw Error("no Gaussian lies within a stroke of the mesh: it was made from another splat, or with another unit_m");
 
+        if (2 * painting.unpainted > splat.splats.size())
+            run.warning(
+                fmt::format("{} of {} Gaussians are farther than a stroke from the mesh and keep their color: does unit_m "
+                            "agree with that of scan.splats?",
+                            painting.unpainted, splat.splats.size()));
         const std::string extension = to == SplatFormat::ply ? ".ply" : to == SplatFormat::splat ? ".splat" : ".spz";
         const auto bytes = splats::painted_bytes(file->path, splat, painting.splats, to, *shine);
         Files result;
@@ -71,8 +76,7 @@ class ExportSplats final : public Stage
                                 texturing::file_size(bytes.size()), texturing::grouped(count), texturing::grouped(painting.split),
                                 texturing::grouped(splat.splats.size()), texturing::grouped(painting.unpainted)));
         if (!*format && to != splat.format)
-            run.message(
-                fmt::format("{} is written as PLY, which the programs that read it read, too", splats::name_of(splat.format)));
+            run.message(fmt::format("{} is written as plain PLY, which the same programs open", splats::name_of(splat.format)));
         run.report("gaussians", count);
         run.report("split", painting.split);
         run.report("unpainted", painting.unpainted);

@@ -46,7 +46,7 @@ constexpr int rays_across = 48, rays_down = 36;
 /// So many cameras see most of the surface.
 constexpr int rounds = 2;
 constexpr std::size_t most_cameras = 100;
-/// From how far below cameras look at an object: what it stands on has no underside.
+/// Cameras look at an object from so far below: what it stands on has no underside.
 constexpr double lowest_sine = -0.1;
 
 /// Unit vectors, evenly spread over the sphere.

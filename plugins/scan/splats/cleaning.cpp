@@ -128,6 +128,8 @@ CleanedSplats cleaned(Splats splats)
     const auto most = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() * 9 / 10);
     std::ranges::nth_element(distances, most);
     const double radius = *most;
+    if (!(radius > 0))
+        return {.splats = std::move(left), .faint = result.faint};
     result.far = keep_if(left, [&](std::size_t i) { return distance(i) <= far_off * radius; });
     result.giant = keep_if(left, [&](std::size_t i) { return static_cast<double>(sizes(left, i)[0]) <= giant_size * radius; });
     double needles = 0, all = 0;

@@ -49,8 +49,9 @@ class ScanSplats final : public Stage
 
     void run(RunContext& run) override
     {
-        depend_on_files(run);
         splats::SplatFile file = splats::read_splats(path->path);
+        for (const auto& each : file.files)
+            run.reads_file(each);
         const std::size_t all = file.splats.size();
         CleanedSplats clean = cleaned(std::move(file.splats));
         tell(all, clean, run);
@@ -75,16 +76,6 @@ class ScanSplats final : public Stage
         frames = std::move(made);
     }
 
-    void depend_on_files(RunContext& run) const
-    {
-        if (!std::filesystem::is_directory(path->path))
-            return run.reads_file(path->path);
-        run.reads_folder(path->path, "*.webp");
-        for (const auto& entry : std::filesystem::directory_iterator(path->path))
-            if (entry.path().extension() == ".webp" || entry.path().filename() == "meta.json")
-                run.reads_file(entry.path());
-    }
-
     void tell(std::size_t all, const CleanedSplats& clean, RunContext& run) const
     {
         run.report("gaussians", all);
@@ -103,9 +94,9 @@ class ScanSplats final : public Stage
         run.report("coarseness", clean.coarseness);
         if (clean.coarseness > most_coarseness)
             throw Error(
-                fmt::format("{}: half of what is seen are blobs longer than {:.0f} % of the scene's radius: there is no "
+                fmt::format("{}: half of what is seen is blobs longer than {:.0f} % of the scene's radius: there is no "
                             "surface to paint. Train the splat to the end (30,000 steps), export it with more Gaussians, or "
-                            "crop less of it away",
+                            "crop less",
                             path->path.string(), 100 * clean.coarseness));
         const std::string needles = fmt::format(
             "{:.0f} % of what is seen are streaks, more than 8 times as long as wide: the splat is half-trained or has "

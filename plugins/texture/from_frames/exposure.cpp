@@ -354,7 +354,8 @@ std::vector<Gains> exposure_gains(const std::vector<std::vector<CellColor>>& vie
     for (std::size_t v = 0; v < views.size(); ++v)
         for (std::size_t node = 0; node < nodes; ++node)
             for (std::size_t c = 0; c < 3; ++c)
-                gains[v].values[4 * node + c] = std::exp(logs[v * per_view][c] + logs[v * per_view + 1 + node][c]);
+                gains[v].values[4 * node + c] =
+                    static_cast<float>(std::exp(double{logs[v * per_view][c] + logs[v * per_view + 1 + node][c]}));
     return gains;
 }
 

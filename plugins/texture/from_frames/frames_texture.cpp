@@ -47,7 +47,7 @@ void add_lanes(Floats& v)
     Four low;
     Four high;
     std::memcpy(&low, &v, sizeof low);
-    std::memcpy(&high, &v[lanes / 2], sizeof high);
+    std::memcpy(&high, reinterpret_cast<const std::byte*>(&v) + sizeof low, sizeof high);
     low += high;
     v = Floats{} + ((low[0] + low[2]) + (low[1] + low[3]));
 }

@@ -173,7 +173,7 @@ Evaluator::Terms Evaluator::terms_of(Part& part, const std::function<double(cons
         }
     }
     if (!factors.empty())
-        terms.factors = sent_to(at::tensor(factors, at::kFloat), device_).unbind();
+        terms.factors = sent_to(at::tensor(factors, terms.values.front().scalar_type()), device_).unbind();
     for (std::size_t i = 0; i < factors.size(); ++i)
         terms.factors[i] = terms.factors[i].to(terms.values[i].scalar_type()).expand_as(terms.values[i]);
     return terms;

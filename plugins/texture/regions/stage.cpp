@@ -266,7 +266,7 @@ class TextureRegions final : public Stage
         }
         for (const auto& [name, rule] : *rules)
             if (!used.contains(name))
-                run.warning("the mesh has no '" + name + "': its rule changes nothing");
+                run.warning("no part of the mesh is '" + name + "' without a closer rule: its rule changes nothing");
         run.report("regions", std::move(figures));
     }
 };

@@ -22,6 +22,8 @@ TexturedMesh simplified(const TexturedMesh& textured, [[maybe_unused]] double er
     std::vector<Corner> corners;
     for (std::size_t i = 0; i < mesh.texcoords.size(); ++i)
         corners.push_back({mesh.positions[mesh.triangles[i / 3][i % 3]], mesh.texcoords[i]});
+    if (corners.empty())
+        return result;
     std::vector<unsigned> numbers(corners.size());
     const std::size_t count =
         meshopt_generateVertexRemap(numbers.data(), nullptr, corners.size(), corners.data(), corners.size(), sizeof(Corner));
@@ -37,6 +39,9 @@ TexturedMesh simplified(const TexturedMesh& textured, [[maybe_unused]] double er
     std::vector<unsigned> kept(numbers.size());
     kept.resize(meshopt_simplify(kept.data(), numbers.data(), numbers.size(), positions, count, sizeof(Corner), 0,
                                  static_cast<float>(error_m) / scale, 0, nullptr));
+    // A mesh no larger than the error would lose all of its faces.
+    if (kept.empty())
+        return result;
     result.mesh.triangles.clear();
     result.mesh.texcoords.clear();
     for (std::size_t i = 0; i < kept.size(); i += 3)

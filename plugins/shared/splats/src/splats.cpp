@@ -132,7 +132,8 @@ SplatFile read_splats(const std::filesystem::path& file)
     if (std::filesystem::is_directory(file))
         return read_sog_folder(file / meta_name);
     const auto bytes = read_file(file);
-    if (text_of(bytes).starts_with("{"))
+    // A SPLAT file has no mark and may begin with any byte.
+    if (text_of(bytes).starts_with("{") && !is_splat(bytes))
         return read_sog_folder(file);
     SplatFile result = parse_splats(bytes, file.string());
     result.files = {file};

@@ -265,6 +265,14 @@ SpzContents spz_of(const Splats& splats)
     spz.count = splats.size();
     constexpr int usual_bits = 16;
     spz.fraction_bits = std::clamp(22 - std::ilogb(largest), 0, usual_bits);
+    std::vector<float> sizes;
+    for (const Vec3f size : splats.scales)
+        sizes.push_back(std::max({size.x, size.y, size.z}));
+    std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
+    if (largest >= std::ldexp(1.0, 23) ||
+        (!sizes.empty() && std::ldexp(1.0, -spz.fraction_bits) > double{sizes[sizes.size() / 2]}))
+        throw Error(
+            "SPZ cannot hold these splats: they are so far from 0 that its steps are larger than most of them; set format: ply");
     const auto row = spz.row_bytes();
     for (std::size_t k = 0; k < row.size(); ++k)
         spz.streams[k].resize(spz.count * row[k]);

@@ -308,3 +308,16 @@ TEST_CASE("The angel is the same in a compressed PLY and, half a turn about z la
     CHECK(static_cast<double>(near) / static_cast<double>(b.size()) > 0.985);
     CHECK(static_cast<double>(alike) / static_cast<double>(b.size()) > 0.8);
 }
+
+TEST_CASE("A SPLAT file may begin with any byte, and SPZ refuses places that its steps would lose")
+{
+    const testing::TemporaryFolder folder;
+    Splats some = samples::four();
+    const std::uint32_t brace = 0x3f80007b;
+    std::memcpy(&some.centers[0].x, &brace, sizeof brace);
+    write_file(folder.path() / "a.splat", bytes_of(some, SplatFormat::splat));
+    CHECK(read_splats(folder.path() / "a.splat").splats.size() == 4);
+    for (Vec3f& center : some.centers)
+        center.y += 5'400'000;
+    CHECK_THROWS_WITH(bytes_of(some, SplatFormat::spz), Contains("set format: ply"));
+}

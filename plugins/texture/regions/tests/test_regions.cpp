@@ -147,7 +147,7 @@ TEST_CASE_METHOD(RegionsTest, "texture.regions: a rule for a region that no face
     given.regions.names.emplace_back("ceiling");
     put_together(Value::Map{{"ceiling", "night"}}, run, given);
     REQUIRE(!run.messages.empty());
-    CHECK_THAT(run.messages.back(), Contains("warning: the mesh has no 'ceiling': its rule changes nothing"));
+    CHECK_THAT(run.messages.back(), Contains("warning: no part of the mesh is 'ceiling' without a closer rule: its rule changes nothing"));
 }
 
 TEST_CASE_METHOD(RegionsTest, "texture.regions: of the names in a region's path, the innermost that has a rule counts",
@@ -167,7 +167,7 @@ TEST_CASE_METHOD(RegionsTest, "texture.regions: of the names in a region's path,
     CHECK(textures(Value::Map{{"part_1", "night"}, {"*", "waves"}}) == Names{"night", "waves"});
     CHECK(textures(Value::Map{{"house", "waves"}, {"furniture", "night"}, {"*", "keep"}}) == Names{"night", "waves"});
     CHECK(textures(Value::Map{{"house/walls", "night"}, {"walls", "waves"}, {"furniture", "waves"}}) == Names{"waves", "night"});
-    CHECK_THAT(run.messages.back(), Contains("warning: the mesh has no 'walls': its rule changes nothing"));
+    CHECK_THAT(run.messages.back(), Contains("warning: no part of the mesh is 'walls' without a closer rule: its rule changes nothing"));
     run.messages.clear();
     CHECK(textures(Value::Map{{"furniture", "night"}}) == Names{"night", "keep"});
     CHECK(run.messages.empty());

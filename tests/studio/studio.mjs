@@ -1,7 +1,7 @@
 // studio.mjs CHROMIUM FRESCO FOLDER MODEL PICTURE [SCREENSHOTS]: fresco studio as its user has it, from an empty folder on.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { Browser, webgl } from "../browser/browser.mjs";
 
@@ -78,8 +78,14 @@ let server = await served();
 assert.match(server.address, /^http:\/\/127\.0\.0\.1:\d+\/[0-9a-f]{32}\/$/);
 const strange = server.address.replace(/[0-9a-f]{32}/, "0".repeat(32));
 assert.equal((await fetch(strange)).status, 403);
-assert.equal((await fetch(`${server.address}painting/0001/out/..%2f..%2f..%2f..%2flock`)).status, 404);
-assert.equal((await fetch(`${server.address}picture/..%2f..%2fetc%2fpasswd`)).status, 404);
+// A picture of the folder is served, one outside of it neither by its path nor by a link.
+const planted = [join(folder, "own.jpg"), join(folder, "../outside.jpg"), join(folder, "link.jpg")];
+for (const file of planted.slice(0, 2))
+    copyFileSync(picture, file);
+symlinkSync("../outside.jpg", planted[2]);
+for (const [name, status] of [["own.jpg", 200], ["..%2foutside.jpg", 404], ["link.jpg", 404]])
+    assert.equal((await fetch(`${server.address}picture/${name}`)).status, status, name);
+planted.forEach(file => rmSync(file));
 
 // A model and a picture of one's own: the first look, then the preview.
 let browser = await opened(server.address);

@@ -235,16 +235,22 @@ void Level::begin(const Level* coarser, const Progress& progress)
         return;
     }
     const auto ratio = static_cast<float>(picture_.scale() / coarser->picture().scale());
-    for_each_texel(grid_, progress,
-                   [&](std::size_t t)
+    const auto here = [ratio](Vec2f at) { return Vec2f{(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F}; };
+    const auto vote_on = [&](std::size_t t)
+    {
+        const SurfaceGrid::Texel& texel = grid_.texels()[t];
+        const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
+        return coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position,
+                                [&](const Level&, Vec2f at) { return picture_.color(here(at)); });
+    };
+    for_each_texel(grid_, progress, [&](std::size_t t) { colors_[t] = vote_on(t).shifted_mean(); });
+    matches_.resize(patches_.count());
+    parallel_items(matches_.size(), texels_per_piece, progress,
+                   [&](std::size_t p)
                    {
-                       const SurfaceGrid::Texel& texel = grid_.texels()[t];
-                       const std::uint32_t chart = task_.surface.charts.of_face[texel.face];
-                       const auto color = [&](const Level&, Vec2f at) {
-                           return picture_.color({(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F});
-                       };
-                       colors_[t] =
-                           coarser->vote_at(chart, texcoord_of(grid_, chart, texel), texel.position, color).shifted_mean();
+                       const LevelVote vote = vote_on(patches_[p].texel);
+                       matches_[p] = coarser->matches()[vote.patch];
+                       matches_[p].at = picture_.inside(here(matches_[p].place(vote.offset)));
                    });
 }
 
@@ -273,12 +279,13 @@ void Level::set_matches(std::vector<Match> matches, const Progress& progress)
                    });
 }
 
-void Level::paint_round(const Progress& progress)
+void Level::paint_round(Round round, const Progress& progress)
 {
     const auto g = static_cast<float>(options_.faithfulness);
     std::vector<Vec3f>& wanted = colors_;
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
-    set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, matches_, crowding_, progress), progress);
+    set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, round, matches_, crowding_, progress),
+                progress);
     update_crowding(picture_, matches_, crowding_);
 }
 

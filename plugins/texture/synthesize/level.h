@@ -140,13 +140,14 @@ class Level
     /// Per texel, how much this level counts over the one under it, 0 … 1; empty without one.
     const std::vector<float>& share() const { return share_; }
 
-    /// Begins with the start, or with the result of a coarser level (not of one over another).
+    /// Begins with the start, or with the result of a coarser level (not of one over another): with its colors, and with its
+    /// places in the picture as the last round's matches, so that the first search knows what is seen nearby.
     void begin(const Level* coarser, const Progress& progress);
     /// Continues an earlier run after a round. Throws Error unless sizes fit this surface and picture and all values are finite,
     /// Canceled.
     void resume(std::vector<Match> matches, std::vector<float> crowding, const Progress& progress);
-    /// One round: a search, then a vote.
-    void paint_round(const Progress& progress);
+    /// One round: a search, then a vote. \pre A round that refines follows another, or begin() with a coarser level.
+    void paint_round(Round round, const Progress& progress);
     /// Frees what only rounds, missing() and levels that begin with this one need: it can still vote.
     void settle();
 

@@ -240,7 +240,7 @@ class Search
     {
     }
 
-    std::vector<Match> run(std::span<const float> crowding)
+    std::vector<Match> run(Round round, std::span<const float> crowding)
     {
         weights_ = completeness_weights(picture_, sampled_features(), options_.completeness, progress_);
         // An average key counts 1, so that preferences are worth what SearchOptions::variety says.
@@ -248,10 +248,12 @@ class Search
         for (float& weight : weights_)
             weight = static_cast<float>(static_cast<double>(weight) / mean);
         std::transform(weights_.begin(), weights_.end(), crowding.begin(), weights_.begin(), std::multiplies<>());
+        looks_.resize(patches_.count() * values_);
+        means_.resize(patches_.count());
         // On a plain wall all patches find one place, and by continuing each other they would only repeat it side by side: so
         // leaders are continued first.
         const std::vector<char> all(patches_.count(), 1);
-        return continued(continued(continued(best_keys(), leaders()), all), all);
+        return continued(continued(continued(round == Round::refines ? kept() : best_keys(), leaders()), all), all);
     }
 
   private:
@@ -314,11 +316,27 @@ class Search
         std::vector<float> features;
     };
 
+    /// The matches of the last round. Keeps what every patch looks like.
+    std::vector<Match> kept()
+    {
+        std::vector<Match> matches(before_.begin(), before_.end());
+        in_pieces(matches.size(),
+                  [&](std::size_t begin, std::size_t end)
+                  {
+                      std::vector<Vec3f> samples(values_ / 3);
+                      for (const std::uint32_t patch : ordered(begin, end))
+                      {
+                          sample(patch, samples, 0);
+                          keep_look(patch, values(samples, 0));
+                          matches[patch].distance = distance(look(patch), matches[patch].at, matches[patch].turn);
+                      }
+                  });
+        return matches;
+    }
+
     /// Keeps what every patch looks like.
     std::vector<Match> best_keys()
     {
-        looks_.resize(patches_.count() * values_);
-        means_.resize(patches_.count());
         const FeatureSizes sizes{picture_.feature_count(), Variety::fields};
         // Preferences are means over a patch's values, distances are sums.
         const auto scale = static_cast<float>(values_);
@@ -559,10 +577,10 @@ class Search
 }  // namespace
 
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options,
+                          const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options, Round round,
                           std::span<const Match> before, std::span<const float> crowding, const Progress& progress)
 {
-    return Search(patches, grid, wanted, picture, uses, options, before, progress).run(crowding);
+    return Search(patches, grid, wanted, picture, uses, options, before, progress).run(round, crowding);
 }
 
 }  // namespace fresco::synthesize

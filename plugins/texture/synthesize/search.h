@@ -105,6 +105,13 @@ struct SearchOptions
     std::uint32_t seed = 0;  ///< Seed of Variety.
 };
 
+/// Where a round's search begins.
+enum class Round
+{
+    searches,  ///< With the best of all keys for each patch.
+    refines,   ///< With the matches of the last round.
+};
+
 class NearbyUses;
 
 /// Finds the best place in the picture for every patch, in three steps: an exact search over the keys by principal components; by
@@ -114,9 +121,10 @@ class NearbyUses;
 /// shows. The first step compares the best key of each of eight classes by it, as `before`, the last round's matches, are (empty:
 /// no price); the last step as the matches are then. In a picture with directions, keys are turned so that strokes run along x; a
 /// place that continues another keeps its rotation on the surface, and costs more if its strokes deviate from the lines.
-/// `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for any number of threads. Throws Canceled.
+/// A round that refines leaves out the first two steps. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding.
+/// The same for any number of threads. Throws Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
-                          const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options,
+                          const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options, Round round,
                           std::span<const Match> before, std::span<const float> crowding, const Progress& progress);
 
 /// Raises each key's factor (at least 1) while the picture around it, in a square of 1 % of its area, is used more than three

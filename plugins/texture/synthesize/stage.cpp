@@ -58,7 +58,8 @@ class TextureSynthesize final : public Stage
     Option<std::string> up = geometry::up_option(this);
     Option<int> levels_count{this, "levels_count", usual.levels_count, range(1, 4),
                              "Scales to paint at, each half as fine as the next"};
-    Option<int> rounds_count{this, "rounds_count", usual.rounds_count, range(1, 100), "Rounds of search and vote at each scale"};
+    Option<int> rounds_count{this, "rounds_count", usual.rounds_count, range(1, 100),
+                             "Rounds of search and vote at the coarsest scale; each finer one takes two"};
     Option<int> seed{this, "seed", 0, range(0, 2147483647), "Another seed gives another painting"};
     Slot<ImageIo> images{this, optional, "Writes previews; none: no previews"};
 

@@ -186,8 +186,8 @@ constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
 constexpr double slow_preview = 4;  // Previews of more than 1 / 4 s come less often, so that they take a twentieth of the time.
 constexpr int least_patch_px = 5;
-constexpr int most_halvings = 2;  // Halvings of the strokes' size, where there is detail.
-constexpr int detail_rounds = 2;
+constexpr int most_halvings = 2;        // Halvings of the strokes' size, where there is detail.
+constexpr int later_rounds = 2;         // Of every level but the coarsest: a search, and a round that refines.
 constexpr double least_missing = 0.45;  // L*a*b*: for half a stroke's width, with full detail …
 constexpr double missing_ratio = 2;     // … and for each further halving: small strokes are few.
 
@@ -212,7 +212,7 @@ class Synthesis
             number = found.level;
         };
         if (const int done = resumed(finest_, take_up); done > 0)
-            paint_rounds(*level, number--, done, options_.rounds_count);
+            paint_rounds(*level, number--, done);
         for (; number >= finest_; --number)
         {
             if (level)
@@ -220,7 +220,7 @@ class Synthesis
             auto next = new_level(number);
             next->begin(level.get(), run_);
             level = std::move(next);
-            paint_rounds(*level, number, 0, options_.rounds_count);
+            paint_rounds(*level, number, 0);
         }
         report(*level);
         return with_detail(std::move(level));
@@ -245,7 +245,7 @@ class Synthesis
             const int done = resumed(-halvings, take_up);
             if (done == 0)
                 next->begin(nullptr, run_);
-            paint_rounds(*next, -halvings, done, detail_rounds);
+            paint_rounds(*next, -halvings, done);
             levels.push_back(std::move(next));
         }
         run_.report("detail_shares", std::move(shares));
@@ -351,15 +351,18 @@ class Synthesis
         }
     }
 
-    void paint_rounds(Level& level, int number, int done, int count)
+    /// Rounds before those of the `index`-th level that is painted.
+    int rounds_before(int index) const { return index == 0 ? 0 : options_.rounds_count + (index - 1) * later_rounds; }
+
+    void paint_rounds(Level& level, int number, int done)
     {
-        const int broad_rounds = (options_.levels_count - finest_) * options_.rounds_count;
-        const int before = number < 0 ? broad_rounds + (-number - 1) * detail_rounds
-                                      : (options_.levels_count - 1 - number) * options_.rounds_count;
+        const int broad_levels = options_.levels_count - finest_;
+        const int index = number < 0 ? broad_levels - 1 - number : options_.levels_count - 1 - number;
+        const int count = rounds_before(index + 1) - rounds_before(index);
         for (int round = done; round < count; ++round)
         {
-            run_.progress(before + round, broad_rounds + halvings_ * detail_rounds, "rounds");
-            level.paint_round(run_);
+            run_.progress(rounds_before(index) + round, rounds_before(broad_levels + halvings_), "rounds");
+            level.paint_round(index > 0 && round > 0 ? Round::refines : Round::searches, run_);
             double sum = 0;
             for (const Match& match : level.matches())
                 sum += static_cast<double>(match.distance);

@@ -103,8 +103,25 @@ class PlainLevel
         return result;
     }
 
+    /// The places that the patches of a coarser level show at the centers of this level's patches.
+    std::vector<Vec2f> places_after(const PlainLevel& coarser, const std::vector<Match>& matches) const
+    {
+        const auto ratio = static_cast<float>(picture_.scale() / coarser.picture_.scale());
+        const auto here = [ratio](Vec2f at) { return Vec2f{(at.x + 0.5F) * ratio - 0.5F, (at.y + 0.5F) * ratio - 0.5F}; };
+        std::vector<Vec2f> result;
+        for (std::size_t p = 0; p < patches_.count(); ++p)
+        {
+            const std::uint32_t t = patches_[p].texel;
+            const Mixed vote = coarser.mixed(coarser.texel_near(chart(t), texcoord(t)), grid_.texels()[t].position, matches,
+                                             [&](Vec2f at) { return picture_.color(here(at)); });
+            result.push_back(picture_.inside(here(vote.place)));
+        }
+        return result;
+    }
+
     /// A round's search.
-    Searched search(const std::vector<Vec3f>& colors, const Numbers& crowding, const std::vector<Match>& before) const
+    Searched search(Round round, const std::vector<Vec3f>& colors, const Numbers& crowding,
+                    const std::vector<Match>& before) const
     {
         const std::vector<Vec3f> begun = start();
         const auto share = static_cast<float>(options_.faithfulness);
@@ -121,8 +138,12 @@ class PlainLevel
         }
         result.weights = key_weights(features, crowding);
         for (std::size_t p = 0; p < patches_.count(); ++p)
-            result.found.push_back(
-                refined(result.looks[p], best_key(p, &features[p * picture_.feature_count()], result, before)));
+            if (round == Round::refines)
+                result.found.push_back(
+                    {.at = before[p].at, .distance = static_cast<float>(distance_of(result.looks[p], before[p].at))});
+            else
+                result.found.push_back(
+                    refined(result.looks[p], best_key(p, &features[p * picture_.feature_count()], result, before)));
         for (int pass = 0; pass < 3; ++pass)
         {
             result.uses = result.found;

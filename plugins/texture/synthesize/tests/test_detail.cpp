@@ -61,11 +61,11 @@ TEST_CASE("finer strokes go where the painting lacks what the start shows, and n
     WallTask wall(striped(0.25F), 24);
     Level broad(wall.task, spacing_m, 0.9, level_options(0), wall.run);
     broad.begin(nullptr, wall.run);
-    broad.paint_round(wall.run);
+    broad.paint_round(Round::searches, wall.run);
     Level fine(wall.task, spacing_m / 2, 0.9, level_options(1.5), wall.run, &broad);
     CHECK(broad.colors().capacity() == 0);
     fine.begin(nullptr, wall.run);
-    fine.paint_round(wall.run);
+    fine.paint_round(Round::searches, wall.run);
 
     for (std::size_t t = 0; t < fine.share().size(); ++t)
         if (fine.share()[t] > 0)
@@ -86,7 +86,7 @@ TEST_CASE("what is missing is that of a plain computation")
     Level level(wall.task, spacing_m, 0.9, level_options(0), wall.run);
     level.begin(nullptr, wall.run);
     const std::vector<Vec3f> start = level.colors();
-    level.paint_round(wall.run);
+    level.paint_round(Round::searches, wall.run);
     const std::vector<float> found = level.missing(wall.run);
 
     const Window window(7);

@@ -148,7 +148,7 @@ TEST_CASE("turned copies are shifted by what their own pixels lack")
     Level level(task, 0.04, 1, options, wall.run);
     level.begin(nullptr, wall.run);
     const std::vector<Vec3f> wanted = level.colors();
-    level.paint_round(wall.run);
+    level.paint_round(Round::searches, wall.run);
     std::size_t turned = 0;
     std::size_t limited = 0;
     float worst = 0;

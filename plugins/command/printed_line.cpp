@@ -1,5 +1,7 @@
 #include "printed_line.h"
 
+#include <fresco/text.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -8,15 +10,6 @@ namespace fresco::command
 {
 namespace
 {
-
-std::string_view trimmed(std::string_view text)
-{
-    while (!text.empty() && text.front() == ' ')
-        text.remove_prefix(1);
-    while (!text.empty() && (text.back() == ' ' || text.back() == '\r'))
-        text.remove_suffix(1);
-    return text;
-}
 
 std::string_view take_word(std::string_view& text)
 {

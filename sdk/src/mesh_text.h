@@ -2,18 +2,17 @@
 
 #include <fresco/error.h>
 #include <fresco/mesh.h>
+#include <fresco/text.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <fmt/format.h>
 #include <span>
 #include <string>
 #include <string_view>
-#include <system_error>
 
-/// \file Lines, words and numbers of the text mesh formats; nothing here looks at the locale.
+/// \file Lines of the text mesh formats, and what their readers share.
 
 namespace fresco::detail
 {
@@ -82,51 +81,6 @@ class Lines
     bool is_open_ = false;
     char end_;
 };
-
-/// The words of a line, separated by spaces and tabs.
-class Words
-{
-  public:
-    explicit Words(std::string_view line = {}) : rest_(line) {}
-
-    /// The next word; empty at the end of the line.
-    std::string_view next()
-    {
-        std::size_t begin = 0;
-        while (begin < rest_.size() && is_space(rest_[begin]))
-            ++begin;
-        std::size_t end = begin;
-        while (end < rest_.size() && !is_space(rest_[end]))
-            ++end;
-        const std::string_view word = rest_.substr(begin, end - begin);
-        rest_.remove_prefix(end);
-        return word;
-    }
-    std::size_t characters_left() const { return rest_.size(); }
-    /// Rest of the line, without the blanks around it: a name that may hold spaces.
-    std::string rest() const
-    {
-        constexpr std::string_view blanks = " \t";
-        const std::size_t begin = std::min(rest_.find_first_not_of(blanks), rest_.size());
-        return std::string(rest_.substr(begin, rest_.find_last_not_of(blanks) + 1 - begin));
-    }
-
-  private:
-    static bool is_space(char c) { return c == ' ' || c == '\t'; }
-    std::string_view rest_;
-};
-
-/// The number that makes up the whole word. False if it is not a number or does not fit T; "nan" and "inf" are numbers of
-/// floating types.
-template <class T>
-bool parse_number(std::string_view word, T& value)
-{
-    if (word.size() > 1 && word[0] == '+' && word[1] != '-' && word[1] != '+')
-        word.remove_prefix(1);
-    const char* const end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, value);
-    return error == std::errc{} && stop == end && !word.empty();
-}
 
 /// Cuts polygons into fans of triangles and counts what had to be changed. Its callers check indices and limits.
 class TriangleFan

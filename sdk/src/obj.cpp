@@ -97,6 +97,8 @@ class ObjReader
             materials_->files.push_back({rest_of(line, keyword), lines_.number()});
         else if (materials_ != nullptr && keyword == "usemtl")
             use_material(rest_of(line, keyword));
+        else if (materials_ != nullptr && (keyword == "o" || keyword == "g"))
+            materials_->groups.push_back({keyword == "o", rest_of(line, keyword)});
         else if (std::ranges::find(skipped_statements, keyword) == skipped_statements.end())
             lines_.fail("unknown statement " + in_quotes(keyword) + "; expected v, vt, vn, f, g, o, s, usemtl or mtllib");
     }
@@ -104,7 +106,7 @@ class ObjReader
     /// A name: the line after its keyword, which may hold spaces and '#'.
     static std::string rest_of(std::string_view line, std::string_view keyword)
     {
-        return Words(line.substr(static_cast<std::size_t>(keyword.data() - line.data()) + keyword.size())).rest();
+        return std::string(trimmed(line.substr(static_cast<std::size_t>(keyword.data() - line.data()) + keyword.size())));
     }
 
     void use_material(const std::string& name)
@@ -244,6 +246,7 @@ class ObjReader
                        if (materials_ != nullptr)
                        {
                            materials_->of_face.push_back(material_);
+                           materials_->group_of_face.push_back(static_cast<std::uint32_t>(materials_->groups.size()) - 1);
                            materials_->has_texcoords.push_back(textured ? 1 : 0);
                        }
                    });

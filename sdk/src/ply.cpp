@@ -389,7 +389,7 @@ class BodyReader
             cursor_.end_row();
             if (colors_faces_)
                 picture_ = number_of(color);
-            layout_.is_strips ? add_strip(chart) : add_face(chart);
+            add_face(chart);
         }
     }
 
@@ -416,18 +416,17 @@ class BodyReader
     void indices()
     {
         const std::size_t size = list_size(*layout_.indices);
-        if (size < least_corners && !layout_.is_strips)
+        if (size < least_corners)
             cursor_.fail(fmt::format("a face of {} corners; expected 3 or more", size));
         corners_.resize(size);
         const auto vertex_count = static_cast<std::int64_t>(layout_.vertex->count);
         for (auto& corner : corners_)
         {
             const std::int64_t index = cursor_.integer(layout_.indices->type);
-            const bool is_restart = layout_.is_strips && index == -1;
-            if (!is_restart && (index < 0 || index >= vertex_count))
+            if (index < 0 || index >= vertex_count)
                 cursor_.fail(fmt::format("the face names vertex {}; expected 0 to {}", index, vertex_count - 1));
-            corner = is_restart ? restart : static_cast<std::uint32_t>(index);
-            cursor_.judge_last(is_restart ? 0 : index, vertex_count - 1);
+            corner = static_cast<std::uint32_t>(index);
+            cursor_.judge_last(index, vertex_count - 1);
         }
     }
 
@@ -468,23 +467,6 @@ class BodyReader
             cursor_.fail(fmt::format("more than {} triangles, the limit", max_triangles_));
     }
 
-    /// Every other triangle of a strip is turned.
-    void add_strip(std::uint32_t chart)
-    {
-        const std::vector<std::uint32_t> strip = std::move(corners_);
-        std::size_t begin = 0;
-        for (std::size_t i = 0; i < strip.size(); ++i)
-        {
-            if (strip[i] == restart)
-                begin = i + 1;
-            if (i < begin + 2)
-                continue;
-            const bool is_turned = (i - begin) % 2 == 1;
-            corners_ = {strip[i - 2], strip[is_turned ? i : i - 1], strip[is_turned ? i - 1 : i]};
-            add_face(chart);
-        }
-    }
-
     void spread_vertex_texcoords()
     {
         mesh_.texcoords.reserve(mesh_.triangles.size() * 3);
@@ -500,7 +482,6 @@ class BodyReader
     TriangleFan fan_;
     Mesh mesh_;
     std::vector<Vec2f> vertex_texcoords_;
-    static constexpr std::uint32_t restart = UINT32_MAX;  ///< In place of a vertex: -1.
     std::vector<std::uint32_t> corners_;
     std::vector<Vec2f> corner_texcoords_;
     std::vector<Vec3f> colors_;  ///< As written, unless they are bytes.

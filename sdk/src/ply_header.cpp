@@ -39,10 +39,9 @@ class HeaderReader
 
     PlyHeader read()
     {
-        std::string_view line;
         if (!text_.starts_with("ply\n") && !text_.starts_with("ply\r\n"))
             lines_.fail_at(1, "expected the line 'ply': not a PLY file, or truncated");
-        lines_.next(line);
+        lines_.next(line_);
         if (next_statement() != "format")
             lines_.fail("expected 'format ascii 1.0', 'format binary_little_endian 1.0' or 'format binary_big_endian 1.0'");
         format();
@@ -66,17 +65,18 @@ class HeaderReader
     /// The first word of the next line that is no comment; words_ stands behind it.
     std::string_view next_statement()
     {
-        std::string_view line;
-        while (lines_.next(line))
+        while (lines_.next(line_))
         {
-            words_ = Words(line);
+            words_ = Words(line_);
             const std::string_view word = words_.next();
             if (word != "comment" && word != "obj_info")
                 return word;
             const std::string_view about = words_.next();
             if (about == "TextureFile")
-                header_.pictures.push_back({words_.rest(), lines_.number()});
-            else if (about == "texture_px")
+                header_.pictures.push_back({std::string(words_.rest()), lines_.number()});
+            else
+                header_.comments.emplace_back(line_);
+            if (about == "texture_px")
                 texture_px();
             else if (about == "offset_m")
                 offset();
@@ -147,6 +147,7 @@ class HeaderReader
         if (header_.elements.empty())
             lines_.fail("a property before the first element");
         PlyProperty property;
+        property.line = line_;
         std::string_view word = words_.next();
         property.is_list = word == "list";
         if (property.is_list)
@@ -177,8 +178,7 @@ class HeaderReader
         std::size_t bytes = 0;
         for (const auto& property : element.properties)
         {
-            const bool is_face = element.name == "face" && is_index_list(element, property);
-            const std::size_t items = !property.is_list ? 1 : is_face ? least_corners : 0;
+            const std::size_t items = !property.is_list ? 1 : is_index_list(element, property) ? least_corners : 0;
             if (property.is_list)
                 bytes += ascii ? 2 : size_of(property.count_type);
             bytes += items * (ascii ? 2 : size_of(property.type));
@@ -208,27 +208,36 @@ class HeaderReader
 
     std::string_view text_;
     Lines lines_;
+    std::string_view line_;
     Words words_;
     PlyHeader header_;
 };
 
 }  // namespace
+}  // namespace fresco::detail
+
+namespace fresco
+{
 
 std::string_view name_of(PlyType type)
 {
-    return type_names[2 * static_cast<std::size_t>(type)];
+    return detail::type_names[2 * static_cast<std::size_t>(type)];
 }
 
 bool is_index_list(const PlyElement& element, const PlyProperty& property)
 {
-    return (element.name == "face" || element.name == "tristrips") && property.is_list &&
-           (property.name == "vertex_indices" || property.name == "vertex_index");
+    return element.name == "face" && property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
 PlyHeader parse_ply_header(std::span<const std::byte> bytes, std::string_view source)
 {
-    return HeaderReader(bytes, source).read();
+    return detail::HeaderReader(bytes, source).read();
 }
+
+}  // namespace fresco
+
+namespace fresco::detail
+{
 namespace
 {
 
@@ -246,10 +255,9 @@ class LayoutReader
     PlyLayout read(const std::string* integer)
     {
         layout_.vertex = &element("vertex");
-        layout_.is_strips = has_rows("tristrips");
-        if (layout_.is_strips && has_rows("face"))
-            fail("both elements 'face' and 'tristrips' hold triangles; export the scan with faces only");
-        layout_.face = &element(layout_.is_strips ? "tristrips" : "face");
+        if (std::ranges::any_of(header_.elements, [](const auto& each) { return each.name == "tristrips" && each.count > 0; }))
+            fail("the file has triangle strips ('tristrips'), which are not read; save it with faces, for example by MeshLab");
+        layout_.face = &element("face");
         vertex();
         face();
         if (integer != nullptr)
@@ -266,12 +274,6 @@ class LayoutReader
         if (found == header_.elements.end())
             fail("missing element " + in_quotes(name) + "; export the scan as a triangle mesh");
         return *found;
-    }
-
-    bool has_rows(std::string_view name) const
-    {
-        const auto found = std::ranges::find(header_.elements, name, &PlyElement::name);
-        return found != header_.elements.end() && found->count > 0;
     }
 
     static const PlyProperty* find(const PlyElement& element, std::string_view name)

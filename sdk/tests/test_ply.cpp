@@ -258,32 +258,6 @@ TEST_CASE("PLY: colors by other names and types, of vertices and of faces; whole
     }
 }
 
-TEST_CASE("PLY: triangle strips begin again at -1, and every other triangle is turned", "[ply]")
-{
-    const auto strips = [](const std::string& rows, std::size_t count = 1)
-    {
-        return "ply\nformat ascii 1.0\nelement vertex 5\n" + xyz + "element tristrips " + std::to_string(count) +
-               "\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n" + rows;
-    };
-    for (const std::string& encoding : all_encodings)
-    {
-        MeshReadReport report;
-        const std::string text = in_encoding(encoding, strips("11 0 1 2 3 3 -1 2 3 -1 -1 4\n4 -1 2 3 4\n", 2));
-        const Mesh mesh = parse_ply(bytes_of(text), "room.ply", {}, &report);
-        CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}});
-        CHECK(report.degenerate_dropped == 1);
-        check_cuts_are_refused(bytes_of(in_encoding(encoding, strips("4 0 1 2 3\n"))).first(strips("").size()), "cut.ply",
-                               [](const auto& cut) { parse_ply(cut, "cut.ply"); });
-    }
-    CHECK(parse(strips("4 0 1 2 -1")).triangles.size() == 1);
-    CHECK_THROWS_WITH(parse(strips("3 0 1 5\n")), Contains("room.ply:15: the face names vertex 5; expected 0 to 4"));
-    CHECK_THROWS_WITH(parse(strips("3 0 1 -2\n")), Contains("names vertex -2"));
-    CHECK_THROWS_WITH(parse(strips("2 0 1\n")), Contains("no triangle is left"));
-    std::string both = strips("3 0 1 2\n3 0 1 2\n");
-    both.insert(both.find("end_header"), "element face 1\n" + index_list);
-    CHECK_THROWS_WITH(parse(both), Contains("both elements 'face' and 'tristrips' hold triangles"));
-}
-
 TEST_CASE("PLY: damaged files and headers are refused by place and reason", "[ply]")
 {
     const auto refused = [](const std::string& text, const std::string& reason)
@@ -302,6 +276,8 @@ TEST_CASE("PLY: damaged files and headers are refused by place and reason", "[pl
     for (const char* bad : {"nan", "inf", "-inf", "1e39", "1e400", "x", "0x1", "1,5", "--1", "+-1", "1.0.0", "1e"})
         refused(triangle_ply(xyz, std::string("0 0 0\n1 ") + bad + " 0\n0 1 0\n", index_list, "3 0 1 2\n"), "room.ply:11: ");
     refused(triangle_ply(xyz, three, index_list, "", 0), "no faces");
+    std::string strips = triangle_ply(xyz, three, index_list, "3 0 1 2\n");
+    refused(strips.replace(strips.find("element face"), 12, "element tristrips"), "triangle strips ('tristrips'), which are not");
     refused("", "room.ply:1: expected the line 'ply'");
     refused("solid cube\n", "not a PLY file");
 

@@ -1,5 +1,6 @@
 #include "base/file_contents.h"
 #include "base/common.h"
+#include <fresco/text.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
@@ -52,12 +53,6 @@ class OpenFile
     std::string beginning_;
     std::size_t size_ = 0;
 };
-
-/// Text of the file without white space at its end.
-std::string_view trimmed(std::string_view text)
-{
-    return text.substr(0, text.find_last_not_of(white_space) + 1);
-}
 
 bool begins(const OpenFile& file, const FileFormat& format)
 {

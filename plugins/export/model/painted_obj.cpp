@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/text.h>
 
 #include <fmt/format.h>
 
@@ -18,27 +19,12 @@ namespace export_model
 {
 
 namespace fs = std::filesystem;
+using fresco::trimmed;
 using fresco::Vec2f;
+using fresco::Words;
 
 namespace
 {
-
-constexpr std::string_view blanks = " \t\r\n";
-
-/// The next word of a text, which is left without it; empty at its end.
-std::string_view next_word(std::string_view& rest)
-{
-    rest.remove_prefix(std::min(rest.find_first_not_of(blanks), rest.size()));
-    const std::string_view word = rest.substr(0, rest.find_first_of(blanks));
-    rest.remove_prefix(word.size());
-    return word;
-}
-
-std::string trimmed(std::string_view text)
-{
-    text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
-    return std::string(text.substr(0, text.find_last_not_of(blanks) + 1));
-}
 
 /// Statements without their last end of line: a line that ends in a backslash goes on in the next one.
 std::vector<std::string_view> statements_of(std::string_view text)
@@ -84,13 +70,14 @@ std::string options_of(std::string_view& rest)
         return word == "on" || word == "off" ||
                std::from_chars(word.data(), word.data() + word.size(), number).ptr == word.data() + word.size();
     };
-    for (std::string_view ahead = rest, word = next_word(ahead); !word.empty(); word = next_word(ahead))
+    Words words(rest);
+    for (std::string_view word = words.next(); !word.empty(); word = words.next())
     {
         const bool is_option = word.size() > 1 && word[0] == '-' && !is_value(word);
         if (!is_option && (options.empty() || !is_value(word)))
             break;
         options += std::string(word) + " ";
-        rest = ahead;
+        rest = words.rest();
     }
     return options;
 }
@@ -111,11 +98,11 @@ class MaterialWriter
         for (const std::string& library : libraries)
         {
             // One name with spaces, or several names.
-            std::string_view rest = library;
+            Words names(library);
             if (folder_.has(library))
                 read(library, painted);
             else
-                for (std::string_view name = next_word(rest); !name.empty(); name = next_word(rest))
+                for (std::string_view name = names.next(); !name.empty(); name = names.next())
                     if (folder_.has(name))
                         read(name, painted);
         }
@@ -146,13 +133,14 @@ class MaterialWriter
         for (const std::string_view statement : statements_of(all))
         {
             const std::string line = joined(statement);
-            std::string_view rest = line;
-            const std::string_view word = next_word(rest);
+            Words words(line);
+            const std::string_view word = words.next();
+            std::string_view rest = words.rest();
             const bool is_map = word.starts_with("map_") || word == "bump" || word == "disp" || word == "decal" ||
                                 word == "norm" || word == "refl";
             const bool is_color = word == "Kd" || word == "map_Kd";
             if (word == "newmtl")
-                material = trimmed(rest);
+                material = rest;
             else if (word == "map_Kd" && painting_.keeps_uvs && painted.contains(material))
                 placing_[material] = options_of(rest);
             else if (word.empty() || (is_color && painted.contains(material)))
@@ -160,7 +148,7 @@ class MaterialWriter
             else if (is_map)
                 keep_map(std::string(word), rest, mtl.parent_path(), kept_[material]);
             else
-                kept_[material] += trimmed(line) + "\n";
+                kept_[material].append(trimmed(line)) += '\n';
         }
     }
 
@@ -171,7 +159,7 @@ class MaterialWriter
         fs::path file;
         try
         {
-            file = folder_.find(trimmed(rest), word, {}, folder);
+            file = folder_.find(std::string(trimmed(rest)), word, {}, folder);
         }
         catch (const fresco::Error&)
         {
@@ -209,10 +197,10 @@ class ObjPainter
 
     void add(std::string_view statement)
     {
-        std::string_view rest = statement;
-        const std::string_view word = next_word(rest);
+        Words words(statement);
+        const std::string_view word = words.next();
         if (word == "mtllib")
-            libraries.push_back(trimmed(rest));
+            libraries.emplace_back(words.rest());
         else if (word == "f" || word == "f\\")
             add_face(statement);
         else if (word == "v")
@@ -222,7 +210,7 @@ class ObjPainter
         else if (word != "vt" || painting_.keeps_uvs)
         {
             if (word == "usemtl")
-                use(trimmed(rest));
+                use(std::string(words.rest()));
             body.append(statement) += '\n';
         }
     }
@@ -263,8 +251,8 @@ class ObjPainter
         ++vertices_;
         const std::string line = joined(statement);
         std::vector<std::string_view> words;
-        std::string_view rest = line;
-        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+        Words rest(line);
+        for (std::string_view word = rest.next(); !word.empty(); word = rest.next())
             words.push_back(word);
         if (words.size() >= 7)
             body += fmt::format("v {} {} {}\n", words[1], words[2], words[3]);
@@ -275,9 +263,9 @@ class ObjPainter
     void add_line(std::string_view statement)
     {
         const std::string line = joined(statement);
-        std::string_view rest = line;
+        Words words(line);
         std::string separator;
-        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+        for (std::string_view word = words.next(); !word.empty(); word = words.next())
         {
             body.append(separator).append(word.substr(0, word.find('/')));
             separator = " ";
@@ -308,10 +296,10 @@ class ObjPainter
             body += "usemtl painted\n";
         }
         const std::string line = joined(statement);
-        std::string_view rest = line;
-        next_word(rest);
+        Words words(line);
+        words.next();
         std::vector<Corner> corners;
-        for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+        for (std::string_view word = words.next(); !word.empty(); word = words.next())
             corners.push_back(corner_of(word));
         if (!painting_.keeps_uvs || (!corners.empty() && corners[0].texcoord > 0))
             painted.insert(material_);

@@ -2,6 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/recordings/layout.h>
+#include <fresco/text.h>
 
 namespace fs = std::filesystem;
 using namespace fresco::recordings;
@@ -11,14 +12,6 @@ namespace scannet
 
 namespace
 {
-
-std::string trimmed(std::string_view text)
-{
-    const auto begin = text.find_first_not_of(" \t\r");
-    if (begin == std::string_view::npos)
-        return {};
-    return std::string(text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1));
-}
 
 using Properties = std::map<std::string, std::string>;
 
@@ -67,17 +60,17 @@ Properties parse_properties(std::string_view text, std::string_view source)
     LineReader lines(text, source, LastLine::any);
     while (const auto line = lines.next())
     {
-        if (trimmed(*line).empty())
+        if (fresco::trimmed(*line).empty())
             continue;
         const std::string place = lines.place();
         const auto equals = line->find('=');
         if (equals == std::string_view::npos)
             throw fresco::Error(place + ": expected \"key = value\"");
-        const auto key = trimmed(line->substr(0, equals));
+        const std::string key(fresco::trimmed(line->substr(0, equals)));
         if (text.find('\n', static_cast<std::size_t>(line->end() - text.begin())) == std::string_view::npos && is_read(key))
             throw fresco::Error(place + ": the file ends inside the line of " + key +
                                 ": it may be truncated; copy it again (if it is complete, add a final newline)");
-        if (!properties.emplace(key, trimmed(line->substr(equals + 1))).second)
+        if (!properties.emplace(key, fresco::trimmed(line->substr(equals + 1))).second)
             throw fresco::Error(place + ": the property " + key + " appears twice");
     }
     return properties;

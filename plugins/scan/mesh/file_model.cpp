@@ -332,44 +332,22 @@ class MaterialReader
     std::size_t outside_tiles_ = 0;
 };
 
-/// The objects and groups of an OBJ. Its reader knows materials only, so it gets the text with numbers of objects in their place.
-void read_obj_objects(const fs::path& file, FileModel& model)
+void number_objects(const MeshMaterials& named, FileModel& model)
 {
-    constexpr std::string_view blanks = " \t\r";
-    const std::vector<std::byte> bytes = fresco::read_file(file);
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    std::string numbered;
     ObjectNumbers objects;
+    std::vector<std::uint32_t> number_of_group;
     std::string object;
-    for (std::size_t at = 0; at < text.size();)
+    for (const fresco::MeshGroup& group : named.groups)
     {
-        const std::size_t end = std::min(text.find('\n', at), text.size());
-        const std::string_view line = text.substr(at, end - at);
-        at = end + 1;
-        const std::size_t begin = std::min(line.find_first_not_of(blanks), line.size());
-        const std::string_view keyword = line.substr(begin, line.find_first_of(blanks, begin) - begin);
-        const std::size_t name_begin = std::min(line.find_first_not_of(blanks, begin + keyword.size()), line.size());
-        const std::string_view name = line.substr(name_begin, line.find_last_not_of(blanks) + 1 - name_begin);
-        if (keyword == "o" || keyword == "g")
-        {
-            object = keyword == "o" ? "" : object;
-            const std::string path = ObjectNumbers::path(object, name);
-            object = keyword == "o" ? path : object;
-            numbered += fmt::format("usemtl {}", objects.number_of(path));
-        }
-        else if (keyword != "usemtl")
-            numbered += line;
-        numbered += '\n';
+        const std::string path = ObjectNumbers::path(group.is_object ? "" : object, group.name);
+        object = group.is_object ? path : object;
+        number_of_group.push_back(objects.number_of(path));
     }
     if (objects.count() < 2)
         return;
-    MeshMaterials named;
-    fresco::parse_obj(std::as_bytes(std::span(numbered)), file.string(), {}, nullptr, &named);
     model.objects = objects.paths();
-    for (const std::uint32_t number : named.of_face)
-        model.object_of_face.push_back(number == MeshMaterials::none
-                                           ? ObjectNumbers::most_objects
-                                           : static_cast<std::uint32_t>(std::stoul(named.names[number].name)));
+    for (const std::uint32_t group : named.group_of_face)
+        model.object_of_face.push_back(group == MeshMaterials::none ? ObjectNumbers::most_objects : number_of_group[group]);
 }
 
 }  // namespace
@@ -450,8 +428,7 @@ FileModel read_file_model(const fs::path& file, bool with_materials, bool is_str
     FileModel model;
     MeshMaterials named;
     model.mesh = fresco::read_mesh(file, {}, &model.report, &named);
-    if (extension == ".obj")
-        read_obj_objects(file, model);
+    number_objects(named, model);
     if (with_materials)
     {
         MaterialReader reader(file, named, is_strict, model);

@@ -2,8 +2,9 @@
 
 #include <fresco/error.h>
 #include <fresco/recordings/parsing.h>
+#include <fresco/text.h>
 
-#include <charconv>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -13,28 +14,7 @@ namespace scan_mesh
 namespace
 {
 
-constexpr std::string_view blanks = " \t\r";
-
-std::string_view trimmed(std::string_view text)
-{
-    text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
-    return text.substr(0, text.find_last_not_of(blanks) + 1);
-}
-
-/// Takes the first word off a line.
-std::string_view next_word(std::string_view& rest)
-{
-    rest = trimmed(rest);
-    const std::string_view word = rest.substr(0, rest.find_first_of(blanks));
-    rest.remove_prefix(word.size());
-    return word;
-}
-
-bool parse_number(std::string_view word, double& value)
-{
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    return error == std::errc{} && end == word.data() + word.size() && std::isfinite(value);
-}
+using fresco::Words;
 
 class MtlReader
 {
@@ -43,14 +23,14 @@ class MtlReader
     {
         while (const auto line = lines_.next())
         {
-            std::string_view rest = *line;
-            const std::string_view keyword = next_word(rest);
+            Words words(*line);
+            const std::string_view keyword = words.next();
             if (keyword == "newmtl")
-                materials.emplace_back().name = trimmed(rest);
+                materials.emplace_back().name = words.rest();
             else if (keyword == "Kd")
-                color(rest);
+                color(words);
             else if (keyword == "map_Kd")
-                picture(rest);
+                picture(words);
         }
     }
 
@@ -66,51 +46,46 @@ class MtlReader
         return materials.back();
     }
 
-    /// Up to three numbers at the beginning of `rest`.
-    std::size_t numbers(std::string_view& rest, std::array<double, 3>& values) const
+    /// Up to three numbers at the beginning of `words`.
+    std::size_t numbers(Words& words, std::array<double, 3>& values) const
     {
         std::size_t count = 0;
-        while (count < values.size())
-        {
-            std::string_view after = rest;
-            if (!parse_number(next_word(after), values[count]))
-                break;
-            rest = after;
-            ++count;
-        }
+        for (Words after = words;
+             count < values.size() && fresco::parse_number(after.next(), values[count]) && std::isfinite(values[count]); ++count)
+            words = after;
         return count;
     }
 
-    void color(std::string_view rest)
+    void color(Words words)
     {
         std::array<double, 3> values{};
-        const std::size_t count = numbers(rest, values);
+        const std::size_t count = numbers(words, values);
         if (count == 1)
             values[1] = values[2] = values[0];
-        if ((count != 1 && count != 3) || !trimmed(rest).empty())
+        if ((count != 1 && count != 3) || !words.rest().empty())
             fail("expected 'Kd R G B' with numbers from 0 to 1");
         current().color = values;
     }
 
-    void picture(std::string_view rest)
+    void picture(Words words)
     {
         MtlMaterial& material = current();
         material.scale = {1, 1};
         material.offset = {};
-        while (trimmed(rest).starts_with('-'))
-            option(next_word(rest), rest, material);
-        material.picture = trimmed(rest);
+        while (words.rest().starts_with('-'))
+            option(words.next(), words, material);
+        material.picture = words.rest();
         material.picture_line = lines_.line();
         if (material.picture.empty())
             fail("expected the name of a picture after map_Kd");
     }
 
-    void option(std::string_view name, std::string_view& rest, MtlMaterial& material) const
+    void option(std::string_view name, Words& words, MtlMaterial& material) const
     {
         std::array<double, 3> values{};
         if (name == "-s" || name == "-o")
         {
-            const std::size_t count = numbers(rest, values);
+            const std::size_t count = numbers(words, values);
             if (count == 0)
                 fail("expected a number after " + std::string(name));
             if (name == "-s")
@@ -119,12 +94,12 @@ class MtlReader
                 material.offset = {values[0], values[1]};
         }
         else if (name == "-clamp")
-            material.clamp = next_word(rest) == "on";
+            material.clamp = words.next() == "on";
         else if (name == "-mm" || name == "-t")
-            numbers(rest, values);
+            numbers(words, values);
         else if (name == "-blendu" || name == "-blendv" || name == "-cc" || name == "-boost" || name == "-bm" ||
                  name == "-imfchan" || name == "-texres" || name == "-type" || name == "-colorspace")
-            next_word(rest);
+            words.next();
         else
             fail("unknown option \"" + std::string(name.substr(0, 40)) + "\" of map_Kd");
     }

@@ -149,6 +149,13 @@ struct MeshFileName
     std::size_t line = 0;
 };
 
+/// A statement that begins a part of an OBJ.
+struct MeshGroup
+{
+    bool is_object = false;  ///< `o`; else `g`.
+    std::string name;
+};
+
 /// Materials that a mesh file names; no file is opened.
 struct MeshMaterials
 {
@@ -159,7 +166,9 @@ struct MeshMaterials
     /// F or empty; `none` for faces without. Index into names; PLY with files: the face property `texnumber`, index into files.
     std::vector<std::uint32_t> of_face;
     std::vector<std::uint8_t>
-        has_texcoords;  ///< F, if only some faces have texcoords, those of the others being (0, 0); else empty.
+        has_texcoords;              ///< F, if only some faces have texcoords, those of the others being (0, 0); else empty.
+    std::vector<MeshGroup> groups;  ///< OBJ: the statements `o NAME` and `g NAME`, in their order.
+    std::vector<std::uint32_t> group_of_face;  ///< F with groups: the last before the face, `none` for faces before the first.
 };
 
 /// The integers of one property of a PLY file.
@@ -170,7 +179,7 @@ struct PlyIntegers
     std::vector<std::int64_t> of_face;    ///< F, or empty.
 };
 
-/// Strict PLY reader: ASCII, binary of both byte orders, coordinates, indices and counts of any type, faces or `tristrips`,
+/// Strict PLY reader: ASCII, binary of both byte orders, coordinates, indices and counts of any type,
 /// vertex colors (red/green/blue, diffuse_red/…, r/g/b) of any type, corner texcoords (face list `texcoord`) or vertex ones
 /// (s,t / u,v / texture_u,texture_v), face `chart`; unknown elements and properties are skipped, as are more numbers on a line.
 /// Throws Error naming `source`, the line (header, ASCII) or byte offset (binary), what was expected and what to do; a file cut
@@ -182,8 +191,8 @@ struct PlyIntegers
 Mesh parse_ply(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},
                MeshReadReport* report = nullptr, MeshMaterials* materials = nullptr, PlyIntegers* integers = nullptr);
 
-/// Strict Wavefront OBJ reader: v (with optional color), vt, vn, f with all index forms (negative too); groups, materials and
-/// smoothing are skipped, and so are normals. Colors go to 1 or to 255. Errors as above, by line. A last line without an end is
+/// Strict Wavefront OBJ reader: v (with optional color), vt, vn, f with all index forms (negative too); smoothing and normals
+/// are skipped. Colors go to 1 or to 255. Errors as above, by line. A last line without an end is
 /// taken as cut and refused, unless it is a face of which nothing can be missing. With `materials`, which receives what the file
 /// says about them, texture coordinates may be missing on some faces.
 Mesh parse_obj(std::span<const std::byte> bytes, std::string_view source, const MeshLimits& limits = {},

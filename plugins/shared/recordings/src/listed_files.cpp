@@ -1,10 +1,10 @@
 #include <fresco/error.h>
 #include <fresco/recordings/layout.h>
 #include <fresco/recordings/listed_files.h>
+#include <fresco/wording.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <fmt/format.h>
 #include <map>
 #include <set>
@@ -20,12 +20,6 @@ bool is_file(const fs::path& file)
 {
     std::error_code ignored;
     return fs::is_regular_file(file, ignored);
-}
-
-std::string lower(std::string text)
-{
-    std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
 }
 
 std::string with_slashes(std::string name)
@@ -115,7 +109,7 @@ class Search
         std::error_code missing;
         if (is_new)
             for (const auto& entry : fs::directory_iterator(folder, missing))
-                found->second.emplace(lower(entry.path().filename().string()), entry.path());
+                found->second.emplace(lower_case(entry.path().filename().string()), entry.path());
         return found->second;
     }
 
@@ -137,7 +131,7 @@ class Search
                     continue;
                 }
                 looks_for_(place / names);
-                const auto [first, last] = listing(place).equal_range(lower(part.string()));
+                const auto [first, last] = listing(place).equal_range(lower_case(part.string()));
                 for (auto entry = first; entry != last; ++entry)
                     next.push_back(entry->second);
             }

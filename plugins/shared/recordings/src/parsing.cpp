@@ -2,6 +2,7 @@
 #include <fresco/files_io.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/recordings/parsing.h>
+#include <fresco/text.h>
 #include <fresco/value.h>
 
 #include <algorithm>
@@ -95,8 +96,7 @@ std::vector<std::string_view> words_of(std::string_view line, std::string_view s
 double number_of(std::string_view word, const std::string& place)
 {
     double number = 0;
-    const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (code != std::errc{} || end != word.data() + word.size() || !std::isfinite(number))
+    if (!parse_number(word, number) || !std::isfinite(number))
         throw Error(place + ": " + shown(word) + ": expected a finite number");
     return number;
 }
@@ -104,8 +104,7 @@ double number_of(std::string_view word, const std::string& place)
 std::int64_t integer_of(std::string_view word, std::int64_t least, std::int64_t most, const std::string& place)
 {
     std::int64_t number = 0;
-    const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (code != std::errc{} || end != word.data() + word.size() || number < least || number > most)
+    if (!parse_number(word, number) || number < least || number > most)
         throw Error(fmt::format("{}: {}: expected a whole number from {} to {}", place, shown(word), least, most));
     return number;
 }
@@ -181,24 +180,12 @@ constexpr std::size_t matrix_file_limit = 1U << 20U;
 constexpr double exactness = 1e-6;
 constexpr double rotation_tolerance = 1e-2;
 
-double parse_number(std::string_view word, const std::string& place)
-{
-    double number = 0;
-    // from_chars knows no leading plus, which some recorders print.
-    const auto digits = word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
-    const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (code == std::errc::result_out_of_range)
-        throw Error(place + ": \"" + std::string(word) + "\" is out of range for a double");
-    if (code != std::errc{} || end != digits.data() + digits.size())
-        throw Error(place + ": " + shown(word) + " is not a number");
-    return number;
-}
-
 std::vector<double> parse_row(std::string_view line, const std::string& place)
 {
     std::vector<double> row;
     for (const auto word : words_of(line))
-        row.push_back(parse_number(word, place));
+        if (!parse_number(word, row.emplace_back()))
+            throw Error(place + ": " + shown(word) + " is not a number");
     return row;
 }
 

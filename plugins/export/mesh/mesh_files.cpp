@@ -36,13 +36,8 @@ void append(std::string& text, char before, Numbers... numbers)
 /// 3F: equal texcoords share a number, counted from 0 by first use.
 std::vector<std::uint32_t> number_texcoords(const std::vector<Vec2f>& texcoords, std::vector<Vec2f>& unique)
 {
-    std::vector<std::uint32_t> order(texcoords.size());
-    std::iota(order.begin(), order.end(), 0U);
-    const auto key = [&](std::uint32_t i) { return std::tuple(texcoords[i].x, texcoords[i].y); };
-    std::ranges::sort(order, {}, [&](std::uint32_t i) { return std::tuple_cat(key(i), std::tuple(i)); });
-    std::vector<std::uint32_t> number(texcoords.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-        number[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? number[order[i - 1]] : order[i];
+    std::vector<std::uint32_t> number =
+        numerics::first_equal(texcoords.size(), [&](std::uint32_t i) { return std::tuple(texcoords[i].x, texcoords[i].y); });
     for (const std::uint32_t corner : numerics::number_by_first(number, number.size()))
         unique.push_back(texcoords[corner]);
     return number;

@@ -37,11 +37,6 @@ void remove(Value& map, std::string_view key)
     std::erase_if(map.as_map(), [&](const Value::Entry& each) { return each.first == key; });
 }
 
-const Value* extension_of(const Value& map, std::string_view name)
-{
-    const Value* const extensions = map.find("extensions");
-    return extensions == nullptr ? nullptr : extensions->find(name);
-}
 Value* extension_of(Value& map, std::string_view name)
 {
     return const_cast<Value*>(extension_of(std::as_const(map), name));

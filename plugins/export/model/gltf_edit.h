@@ -23,7 +23,7 @@ using fresco::Value;
 Value::List& list_of(Value& document, std::string_view key);
 void remove(Value& map, std::string_view key);
 /// The entry of an extension, or null.
-const Value* extension_of(const Value& map, std::string_view name);
+using fresco::gltf::extension_of;
 Value* extension_of(Value& map, std::string_view name);
 void remove_extension(Value& map, std::string_view name);
 std::size_t size_or(const Value& map, std::string_view key, std::size_t otherwise);

@@ -26,13 +26,7 @@ std::vector<std::uint32_t> first_vertices(const fresco::Mesh& mesh)
         const fresco::Vec3f p = mesh.positions[v];
         return std::tuple(p.x, p.y, p.z, mesh.colors.empty() ? fresco::Rgb8{} : mesh.colors[v]);
     };
-    std::vector<std::uint32_t> order(mesh.positions.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
-    std::vector<std::uint32_t> first(order.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-        first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
-    return first;
+    return fresco::numerics::first_equal(mesh.positions.size(), key);
 }
 
 /// F: whether a face repeats one before it, whatever its side, or names a vertex twice.
@@ -41,14 +35,12 @@ std::vector<std::uint8_t> repeated_faces(const std::vector<Triangle>& triangles)
     std::vector<Triangle> sorted = triangles;
     for (Triangle& t : sorted)
         std::ranges::sort(t);
-    std::vector<std::uint32_t> order(triangles.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::tie(sorted[a], a) < std::tie(sorted[b], b); });
+    const auto first = fresco::numerics::first_equal(sorted.size(), [&](std::uint32_t face) { return sorted[face]; });
     std::vector<std::uint8_t> repeated(triangles.size(), 0);
-    for (std::size_t i = 0; i < order.size(); ++i)
+    for (std::size_t face = 0; face < sorted.size(); ++face)
     {
-        const Triangle& t = sorted[order[i]];
-        repeated[order[i]] = t[0] == t[1] || t[1] == t[2] || (i > 0 && t == sorted[order[i - 1]]);
+        const Triangle& t = sorted[face];
+        repeated[face] = t[0] == t[1] || t[1] == t[2] || first[face] != face;
     }
     return repeated;
 }

@@ -141,13 +141,6 @@ const Value::List& list_of(const Value& document, std::string_view key)
 constexpr std::string_view meshopt = "EXT_meshopt_compression";
 constexpr std::string_view draco = "KHR_draco_mesh_compression";
 
-/// Null where it has none.
-const Value* extension_of(const Value& map, std::string_view name)
-{
-    const Value* const extensions = map.find("extensions");
-    return extensions == nullptr ? nullptr : extensions->find(name);
-}
-
 /// tinygltf takes an index beyond 32 bits for its lower half, and a number of another kind for one that is not there.
 void check_numbers(const Value& value, std::string_view key, const std::string& place)
 {

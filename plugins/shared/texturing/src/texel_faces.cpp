@@ -23,25 +23,12 @@ namespace
 /// V: the lowest index of the vertices at the same position.
 std::vector<std::uint32_t> welded_vertices(const Mesh& mesh)
 {
-    std::vector<std::uint32_t> order(mesh.positions.size());
-    std::iota(order.begin(), order.end(), 0U);
     const auto key = [&](std::uint32_t v)
     {
         const Vec3f p = mesh.positions[v];
         return std::tuple(p.x, p.y, p.z);
     };
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b)
-              { return std::tuple_cat(key(a), std::tuple(a)) < std::tuple_cat(key(b), std::tuple(b)); });
-    std::vector<std::uint32_t> welded(order.size());
-    std::uint32_t first = 0;
-    for (std::size_t i = 0; i < order.size(); ++i)
-    {
-        if (i == 0 || key(order[i]) != key(order[i - 1]))
-            first = order[i];
-        welded[order[i]] = first;
-    }
-    return welded;
+    return numerics::first_equal(mesh.positions.size(), key);
 }
 
 Mesh joined(const Mesh& mesh, const std::vector<std::uint32_t>& first)

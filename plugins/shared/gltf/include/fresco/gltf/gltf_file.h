@@ -78,6 +78,13 @@ auto with_component(int type, const Use& use)
     }
 }
 
+/// Null where it has none.
+inline const Value* extension_of(const Value& map, std::string_view name)
+{
+    const Value* const extensions = map.find("extensions");
+    return extensions == nullptr ? nullptr : extensions->find(name);
+}
+
 /// The rows of an accessor, checked to lie inside of their view.
 struct AccessorRows
 {

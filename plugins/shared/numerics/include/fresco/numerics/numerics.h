@@ -105,6 +105,19 @@ double cosine_deg(double degrees);
 /// all of them; the greatest 32-bit number stays as it is.
 std::vector<std::uint32_t> number_by_first(std::span<std::uint32_t> numbers, std::size_t end);
 
+/// The lowest number with an equal `key`, for each of [0, count).
+template <class Key>
+std::vector<std::uint32_t> first_equal(std::size_t count, const Key& key)
+{
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0U);
+    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    std::vector<std::uint32_t> first(count);
+    for (std::size_t i = 0; i < count; ++i)
+        first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
+    return first;
+}
+
 /// Sorts by the upper 32 bits, keeping the order of equal ones, in linear time; no upper half exceeds `largest`.
 void sort_by_upper_half(std::vector<std::uint64_t>& entries, std::uint32_t largest);
 

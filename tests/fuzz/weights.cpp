@@ -22,7 +22,7 @@ void check(const weights::StateDict& contents)
             count *= extent;
         require(tensor.count() == count, "a tensor has the bytes of its shape");
         require(weights::shape_text(tensor.shape).empty() == false, "a shape in words");
-        refused([&] { weights::to_half(weights::to_float32(tensor, source), source); });
+        refused([&] { weights::to_float32(tensor, source); });
     }
     refused(
         [&]

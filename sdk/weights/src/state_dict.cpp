@@ -8,7 +8,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <fmt/format.h>
 
 namespace fresco::weights
 {
@@ -110,27 +109,6 @@ std::vector<float> to_float32(const TensorView& tensor, std::string_view source)
             throw Error(where + "holds values that are not finite");
     }
     return values;
-}
-
-std::vector<std::uint16_t> to_half(std::span<const float> values, std::string_view where)
-{
-    constexpr int least_exponent = -14;
-    constexpr float largest = 65504;
-    std::vector<std::uint16_t> result(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i)
-    {
-        const float size = std::abs(values[i]);
-        if (!(size <= largest))
-            throw Error(fmt::format("{} holds {}, which half precision cannot", where, values[i]));
-        int exponent = 0;
-        std::frexp(size, &exponent);
-        exponent = size > 0 ? std::max(exponent - 1, least_exponent) : least_exponent;
-        // In units of the last bit; rounding up to 2048 carries into the exponent.
-        const auto units = static_cast<std::uint32_t>(std::nearbyint(std::ldexp(size, 10 - exponent)));
-        const std::uint32_t bits = (static_cast<std::uint32_t>(exponent - least_exponent) << 10U) + units;
-        result[i] = static_cast<std::uint16_t>(bits | (std::signbit(values[i]) ? 0x8000U : 0U));
-    }
-    return result;
 }
 
 const TensorView* StateDict::find(std::string_view name) const

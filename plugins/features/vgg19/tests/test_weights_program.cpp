@@ -3,11 +3,9 @@
 #include "../weights_program/download.h"
 
 #include <fresco/testing.h>
-#include <fresco/value.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/state_dict.h>
 
-#include <csignal>
 #include <span>
 
 namespace
@@ -95,10 +93,8 @@ TEST_CASE_METHOD(WithPlace, "weights inspect says what a file holds")
     for (const std::string part : {"safetensors", "conv1_1 to conv1_1", "features.0.weight", "64 x 3 x 3 x 3", "RGB in [0,1]",
                                    "zero", "not used: classifier.0.bias"})
         CHECK(contains(text.out, part));
-    const auto value = fresco::parse_json(place.run({"inspect", "--json", "w.safetensors"}).out);
-    CHECK(value.at("sha256").as_string() == hash);
-    CHECK(value.at("tensors").as_list()[0].at("shape").as_list().size() == 4);
-    CHECK(value.at("scale").as_string() == "other");
+    CHECK(contains(text.out, "sha256      " + hash));
+    CHECK(contains(text.out, "scale       other"));
 
     fresco::write_file(place.file("bad.pth"), std::string("nothing of the kind"));
     CHECK(place.run({"inspect", "bad.pth"}).code == 1);
@@ -115,26 +111,19 @@ TEST_CASE_METHOD(WithPlace, "weights inspect says what a file holds")
 TEST_CASE_METHOD(WithPlace, "weights convert writes the convolutions with what they are")
 {
     fresco::write_file(place.file("w.safetensors"), bytes);
-    REQUIRE(place.run({"convert", "w.safetensors", "out.safetensors", "--input", "bgr", "--scale", "raw"}).code == 0);
+    REQUIRE(place.run({"convert", "w.safetensors", "out.safetensors"}).code == 0);
     const auto file = fresco::weights::read_weights(place.file("out.safetensors"));
     CHECK(file.contents.tensors.size() == 2);
     CHECK(file.contents.metadata.at("source_sha256") == hash);
-    CHECK(contains(file.contents.metadata.at("input"), "BGR"));
+    CHECK(contains(file.contents.metadata.at("input"), "RGB"));
     CHECK(file.contents.metadata.at("padding") == "zero");
     CHECK(fresco::weights::to_float32(*file.contents.find("features.0.weight"), "w")[65] == 65.0F / 64);
-    CHECK(contains(place.run({"inspect", "out.safetensors"}).out, "scale       raw"));
-    CHECK(place.run({"convert", "w.safetensors", "out.safetensors", "--input", "yuv"}).code == 2);
     CHECK(place.run({"convert", "w.safetensors", "nowhere/out.safetensors"}).code == 1);
 
-    REQUIRE(place.run({"convert", "w.safetensors", "half.safetensors", "--until", "relu1_1", "--half"}).code == 0);
-    const auto half = fresco::weights::read_weights(place.file("half.safetensors"));
-    const auto* halved = half.contents.find("features.0.weight");
-    REQUIRE(halved != nullptr);
-    CHECK(halved->type == fresco::weights::ElementType::float16);
-    CHECK(fresco::weights::to_float32(*halved, "w")[65] == 65.0F / 64);
+    CHECK(place.run({"convert", "w.safetensors", "until.safetensors", "--until", "relu1_1"}).code == 0);
     const auto written = fresco::read_file(place.file("out.safetensors"));
     for (const char* onto : {"out.safetensors", "w.safetensors"})
-        CHECK(contains(place.run({"convert", "w.safetensors", onto, "--half"}).err, "already exists"));
+        CHECK(contains(place.run({"convert", "w.safetensors", onto}).err, "already exists"));
     CHECK(fresco::read_file(place.file("out.safetensors")) == written);
     const Finished beyond = place.run({"convert", "w.safetensors", "beyond.safetensors", "--until", "relu4_1"});
     CHECK(beyond.code == 1);
@@ -214,7 +203,6 @@ TEST_CASE_METHOD(WithPlace, "weights get refuses what is not the file")
 
 TEST_CASE_METHOD(WithPlace, "weights get ends where a server sends too much, and keeps nothing of it")
 {
-    std::signal(SIGXFSZ, SIG_IGN);
     const fs::path to = place.file("w.pth");
     const auto fetch = [&](const Server& server, std::size_t most_bytes) {
         return fresco::weights::download({server.url(), hash, to, most_bytes});
@@ -257,6 +245,6 @@ TEST_CASE_METHOD(WithPlace, "the words of a command line are offered as fresco a
     };
     CHECK(offered({""}) == "convert\nget\ninspect\n");
     CHECK(offered({"get", ""}) == "vgg19\n");
-    CHECK(offered({"inspect", "--j"}) == "--json\n");
+    CHECK(offered({"convert", "--u"}) == "--until\n");
     CHECK(offered({"inspect", ""}) == ":files\n");
 }

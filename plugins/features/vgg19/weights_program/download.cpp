@@ -5,23 +5,18 @@
 #include <fresco/process.h>
 #include <fresco/weights/sha256.h>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <fcntl.h>
 #include <iterator>
-#include <spawn.h>
+#include <poll.h>
 #include <sstream>
 #include <sys/file.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
 #include <vector>
-
-extern char** environ;
 
 namespace fresco::weights
 {
@@ -46,76 +41,46 @@ constexpr int no_ranges = 33;
 constexpr int too_large = 63;
 constexpr int not_found_program = 127;
 
-std::string read_to_end(int descriptor)
-{
-    std::string text;
-    std::array<char, 256> piece;
-    for (;;)
-    {
-        const ssize_t count = uninterrupted([&] { return read(descriptor, piece.data(), piece.size()); });
-        if (count <= 0)
-            return text;
-        text.append(piece.data(), static_cast<std::size_t>(count));
-    }
-}
-
-/// Limits the size of files that this process and its children write, as long as it lives.
-class FileSizeLimit
-{
-  public:
-    explicit FileSizeLimit(std::uint64_t most_bytes)
-    {
-        getrlimit(RLIMIT_FSIZE, &before_);
-        const rlimit limited{std::min<rlim_t>(before_.rlim_cur, most_bytes), before_.rlim_max};
-        setrlimit(RLIMIT_FSIZE, &limited);
-    }
-    FileSizeLimit(const FileSizeLimit&) = delete;
-    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-    ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
-
-  private:
-    rlimit before_{};
-};
-
 /// Appends to `part` what it lacks. The user's curl settings are not read: they could write elsewhere. A server that sends less
 /// than 1 kB/s for a minute counts as gone.
 Fetched run_curl(const std::string& url, const fs::path& part, std::uint64_t most_bytes)
 {
-    // Before 8.4, curl's own limit counts only where the server says how much it sends.
-    const FileSizeLimit limit(most_bytes);
     std::istringstream words("curl --disable --fail --location --proto =http,https --globoff --show-error --retry 3 "
-                             "--connect-timeout 30 --speed-limit 1000 --speed-time 60 --continue-at - --write-out %{http_code}");
-    std::vector<std::string> texts{std::istream_iterator<std::string>(words), {}};
-    texts.insert(texts.end(), {"--proto-redir", url.starts_with("https:") ? "=https" : "=http,https"});
-    texts.insert(texts.end(), {"--max-filesize", std::to_string(most_bytes)});
-    texts.emplace_back(isatty(STDERR_FILENO) == 1 ? "--progress-bar" : "--silent");
-    texts.insert(texts.end(), {"--output", part.string(), "--url", url});
-    std::vector<char*> arguments;
-    for (auto& text : texts)
-        arguments.push_back(text.data());
-    arguments.push_back(nullptr);
-
-    int pipes[2];
-    if (pipe2(pipes, O_CLOEXEC) != 0)
-        throw Error("cannot start curl: " + cause());
-    const FileDescriptor output(pipes[0]);
-    FileDescriptor input(pipes[1]);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, input.get(), STDOUT_FILENO);
-    pid_t pid = -1;
-    const int failure = posix_spawnp(&pid, "curl", &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (failure == ENOENT)
+                             "--connect-timeout 30 --speed-limit 1000 --speed-time 60 --continue-at -");
+    ProcessStart start{.file = find_program("curl"), .arguments = {std::istream_iterator<std::string>(words), {}}};
+    if (start.file.empty())
         return {not_found_program, ""};
-    if (failure != 0)
-        throw Error("cannot start curl: " + std::generic_category().message(failure));
-    input.reset();
+    auto& arguments = start.arguments;
+    constexpr std::string_view mark = "http_code:";
+    arguments.insert(arguments.end(), {"--write-out", std::string(mark) + "%{http_code}\\n"});
+    arguments.insert(arguments.end(), {"--proto-redir", url.starts_with("https:") ? "=https" : "=http,https"});
+    arguments.insert(arguments.end(), {"--max-filesize", std::to_string(most_bytes)});
+    if (isatty(STDERR_FILENO) == 1)
+        arguments.insert(arguments.end(), {"--progress-bar", "--stderr", "/dev/tty"});
+    else
+        arguments.emplace_back("--silent");
+    arguments.insert(arguments.end(), {"--output", part.string(), "--url", url});
+
+    const Process curl = start_process(start);
     Fetched result;
-    result.status = read_to_end(output.get());
-    int status = 0;
-    uninterrupted([&] { return waitpid(pid, &status, 0); });
-    result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    LineBuffer output;
+    ProcessEnd end;
+    for (bool has_ended = false; !has_ended;)
+    {
+        pollfd descriptor{curl.output.get(), POLLIN, 0};
+        poll(&descriptor, 1, 100);
+        has_ended = take_end(curl.pid, end);
+        output.read_from(curl.output.get());
+        for (std::string line; output.next(line);)
+            if (line.starts_with(mark))
+                result.status = line.substr(mark.size());
+            else
+                std::fprintf(stderr, "%s\n", line.c_str());
+        // Before 8.4, curl's own limit counts only where the server says how much it sends.
+        if (!has_ended && fs::file_size(part) > most_bytes)
+            kill(curl.pid, SIGKILL);
+    }
+    result.exit_code = end.exit_code;
     return result;
 }
 

@@ -18,9 +18,9 @@ struct Download
 
 /// Fetches it with the system's `curl` program into `to`.fresco-part, going on where an earlier call was interrupted, and renames
 /// that to `to` when the SHA-256 is right. A file that is at `to` and right is kept; returns false then. Progress goes to
-/// standard error. An https:// address is not redirected to http://. One call at a time per file: a second is refused. SIGXFSZ
-/// must be ignored. Throws Error for a wrong address or prefix, a server that refuses or sends too much, a file whose SHA-256 is
-/// wrong (it is removed, unless it is what was at `to` before), a curl that is missing.
+/// standard error. An https:// address is not redirected to http://. One call at a time per file: a second is refused. Throws
+/// Error for a wrong address or prefix, a server that refuses or sends too much, a file whose SHA-256 is wrong (it is removed,
+/// unless it is what was at `to` before), a curl that is missing.
 bool download(const Download& what);
 
 }  // namespace fresco::weights

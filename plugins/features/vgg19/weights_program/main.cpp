@@ -2,7 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
-#include <fresco/value.h>
 #include <fresco/weights/sha256.h>
 #include <fresco/weights/vgg19.h>
 
@@ -47,62 +46,25 @@ struct WeightsArguments
 {
     std::string file;
     std::string out;
-    std::string input = "auto";
-    std::string padding = "auto";
-    std::string scale = "auto";
     std::string until;
-    bool half = false;
     std::string network;
     std::string url = published_url;
     std::string sha256 = published_sha256;
     std::string to;
-    bool json = false;
 };
-
-Value describe(const fs::path& path, const weights::WeightsFile& file, const weights::Vgg19Weights& vgg19)
-{
-    Value::List layers;
-    for (const auto& layer : vgg19.layers)
-        for (const auto* tensor : {&layer.weight, &layer.bias})
-            layers.push_back(Value::Map{{"layer", "conv" + layer.name},
-                                        {"tensor", tensor->name},
-                                        {"type", weights::name_of(tensor->type)},
-                                        {"shape", Value::List(tensor->shape.begin(), tensor->shape.end())}});
-    Value metadata{Value::Map{}};
-    for (const auto& [key, text] : file.contents.metadata)
-        metadata.set(key, text);
-    return Value::Map{{"file", path.string()},
-                      {"form", weights::name_of(file.contents.form)},
-                      {"size", file.bytes.size()},
-                      {"sha256", weights::sha256(file.bytes)},
-                      {"names", vgg19.keys == weights::Vgg19Keys::caffe ? "caffe" : "torchvision"},
-                      {"input", weights::input_text(vgg19.input)},
-                      {"padding", weights::padding_text(vgg19.input.padding)},
-                      {"scale", vgg19.raw ? "raw" : "other"},
-                      {"tensors", std::move(layers)},
-                      {"ignored", Value::List(vgg19.ignored.begin(), vgg19.ignored.end())},
-                      {"metadata", std::move(metadata)}};
-}
 
 int inspect(const WeightsArguments& arguments)
 {
     const auto file = weights::read_weights(arguments.file);
     const auto vgg19 = weights::recognize_vgg19(file.contents, arguments.file);
-    const Value description = describe(arguments.file, file, vgg19);
-    if (arguments.json)
-    {
-        fmt::print("{}\n", to_json(description, 2));
-        return 0;
-    }
-    const auto line = [&](const char* key) { fmt::print("{:<11} {}\n", key, description.at(key).as_string()); };
-    fmt::print("{:<11} {}, {} bytes\n", "form", description.at("form").as_string(), file.bytes.size());
-    line("sha256");
-    fmt::print("{:<11} VGG-19, conv1_1 to conv{}, {} names\n", "network", vgg19.layers.back().name,
-               vgg19.keys == weights::Vgg19Keys::caffe ? "Caffe's" : "torchvision's");
-    line("input");
-    line("padding");
-    fmt::print("{:<11} {}\n", "scale",
-               vgg19.raw ? "raw: what the weights of StyleMesh's losses are for" : "other: rescaled before use");
+    const auto line = [](const char* key, std::string_view text) { fmt::print("{:<11} {}\n", key, text); };
+    line("form", fmt::format("{}, {} bytes", weights::name_of(file.contents.form), file.bytes.size()));
+    line("sha256", weights::sha256(file.bytes));
+    line("network", fmt::format("VGG-19, conv1_1 to conv{}, {} names", vgg19.layers.back().name,
+                                vgg19.keys == weights::Vgg19Keys::caffe ? "Caffe's" : "torchvision's"));
+    line("input", weights::input_text(vgg19.input));
+    line("padding", weights::padding_text(vgg19.input.padding));
+    line("scale", vgg19.raw ? "raw: what the weights of StyleMesh's losses are for" : "other: rescaled before use");
     for (const auto& layer : vgg19.layers)
         for (const auto* tensor : {&layer.weight, &layer.bias})
             fmt::print("  conv{}  {:<20}  {:<4}  {}\n", layer.name, without_controls(tensor->name),
@@ -110,19 +72,6 @@ int inspect(const WeightsArguments& arguments)
     for (const auto& name : vgg19.ignored)
         fmt::print("  not used: {}\n", without_controls(name));
     return 0;
-}
-
-/// The user's arguments override what was recognized in the file.
-void apply(const WeightsArguments& arguments, weights::Vgg19Weights& vgg19)
-{
-    const auto padding = vgg19.input.padding;
-    if (arguments.input != "auto")
-        vgg19.input = arguments.input == "bgr" ? weights::caffe_input() : weights::torchvision_input();
-    vgg19.input.padding = padding;
-    if (arguments.padding != "auto")
-        vgg19.input.padding = arguments.padding == "zero" ? weights::Vgg19Padding::zero : weights::Vgg19Padding::reflect;
-    if (arguments.scale != "auto")
-        vgg19.raw = arguments.scale == "raw";
 }
 
 /// Leaves out what comes after the layer "relu4_1".
@@ -141,24 +90,16 @@ int convert(const WeightsArguments& arguments)
         throw Error(arguments.out + ": already exists; choose another name, or remove it");
     const auto file = weights::read_weights(arguments.file);
     auto vgg19 = weights::recognize_vgg19(file.contents, arguments.file);
-    apply(arguments, vgg19);
     if (!arguments.until.empty())
         cut(vgg19, arguments.until, arguments.file);
     std::list<std::vector<float>> values;
-    std::list<std::vector<std::uint16_t>> halves;
     std::vector<weights::TensorView> tensors;
     for (const auto& layer : vgg19.layers)
         for (const auto* tensor : {&layer.weight, &layer.bias})
         {
             values.push_back(weights::to_float32(*tensor, arguments.file));
-            auto bytes = std::as_bytes(std::span(values.back()));
-            if (arguments.half)
-            {
-                halves.push_back(weights::to_half(values.back(), arguments.file + ": tensor '" + tensor->name + "'"));
-                bytes = std::as_bytes(std::span(halves.back()));
-            }
-            const auto type = arguments.half ? weights::ElementType::float16 : weights::ElementType::float32;
-            tensors.push_back({tensor->name, type, tensor->shape, bytes});
+            tensors.push_back(
+                {tensor->name, weights::ElementType::float32, tensor->shape, std::as_bytes(std::span(values.back()))});
         }
     auto metadata = weights::vgg19_metadata(vgg19);
     metadata["source_sha256"] = weights::sha256(file.bytes);
@@ -202,22 +143,11 @@ void add_commands(CLI::App& app, int& exit_code)
 
     CLI::App* look = add("inspect", "Print format, layers, shapes, expected input and SHA-256", inspect);
     look->add_option("file", arguments->file, file_help)->required();
-    look->add_flag("--json", arguments->json, "Print JSON");
 
     CLI::App* change = add("convert", "Write the convolutions as safetensors, with metadata", convert);
     change->add_option("file", arguments->file, file_help)->required();
     change->add_option("out", arguments->out, "The safetensors file to write")->required();
-    change->add_option("--input", arguments->input, "Override the input: bgr (0..255 minus Caffe's mean), rgb (torchvision's)")
-        ->check(CLI::IsMember({"auto", "bgr", "rgb"}))
-        ->capture_default_str();
-    change->add_option("--padding", arguments->padding, "Override the padding beyond the border")
-        ->check(CLI::IsMember({"auto", "zero", "reflect"}))
-        ->capture_default_str();
-    change->add_option("--scale", arguments->scale, "Override the scale: raw for Simonyan and Zisserman's own activations")
-        ->check(CLI::IsMember({"auto", "raw", "other"}))
-        ->capture_default_str();
     change->add_option("--until", arguments->until, "The last layer to write, such as relu4_1 (default: all)");
-    change->add_flag("--half", arguments->half, "Write 16-bit floating-point numbers: half the size, precise to 11 bits");
 
     CLI::App* fetch =
         add("get", "Download torchvision's file with curl, or the rest of it, verify its SHA-256 and print its path", get);

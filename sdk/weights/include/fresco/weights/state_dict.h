@@ -54,8 +54,6 @@ std::string shape_text(std::span<const std::size_t> shape);
 /// Its elements in single precision. Throws Error naming `source` and the tensor where it does not hold floating-point numbers,
 /// or where one of them is not finite.
 std::vector<float> to_float32(const TensorView& tensor, std::string_view source);
-/// The nearest IEEE 754 half-precision numbers, ties to even. Throws Error beginning with `where` for values above 65504.
-std::vector<std::uint16_t> to_half(std::span<const float> values, std::string_view where);
 
 enum class Form
 {

@@ -46,28 +46,6 @@ std::map<std::string, int> types_per_library(const Catalog& catalog)
     return counts;
 }
 
-void print_json(const Catalog& catalog)
-{
-    Value::Map libraries;
-    for (const auto& [name, versions] : library_versions(catalog))
-        libraries.emplace_back(name, Value::List(versions.begin(), versions.end()));
-    const auto folder_value = [](const auto& folder) {
-        return Value::Map{{"path", folder.path.string()}, {"origin", folder.origin}};
-    };
-    const auto plugin_value = [](const auto& plugin) { return Value::Map{{"library", plugin.first}, {"types", plugin.second}}; };
-    Value::Map all{{"version", program_version()},
-                   {"compiler", sdk_stamp().compiler},
-                   {"standard_library", sdk_stamp().standard_library},
-                   {"processor", processor_capability()},
-                   {"cores", available_cores()},
-                   {"cuda", cuda_text()},
-                   {"libraries", std::move(libraries)},
-                   {"folders", each<Value>(plugin_folders(), folder_value)},
-                   {"plugins", each<Value>(types_per_library(catalog), plugin_value)}};
-    std::ranges::move(unusable_types(catalog, "refusals"), std::back_inserter(all));
-    print_value(all);
-}
-
 void print_text(const Catalog& catalog)
 {
     using Kind = TextTable::Kind;
@@ -105,15 +83,13 @@ void add_doctor_command(CLI::App& app, int& exit_code)
 {
     CLI::App* command =
         app.add_subcommand("doctor", "Show libraries, graphics card and plugins; exit code 4 if one cannot be used");
-    const auto json = std::make_shared<bool>(false);
-    command->add_flag("--json", *json, "Print JSON");
     command->callback(
-        [json, &exit_code]
+        [&exit_code]
         {
             Catalog catalog = load_catalog();
             open_all(catalog);
             warn_of_plugin_folders();
-            *json ? print_json(catalog) : print_text(catalog);
+            print_text(catalog);
             exit_code = catalog.refusals().empty() && catalog.ambiguous().empty() ? 0 : 4;
         });
 }

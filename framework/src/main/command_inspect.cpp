@@ -131,19 +131,12 @@ void add_inspect_commands(CLI::App& app, int& exit_code)
         {
             if (const TypeDescription* reader = origin_reader(catalog, given.type))
                 write_file_origin(*reader, given.type, given.json, to.width, to.out);
-            else if (given.type.ends_with(".json") && std::filesystem::is_regular_file(given.type))
-                write_run_origin(given.type, given.json, to.out);
             else
                 return write_description(catalog, given.type, given.json, to.width, to.out, to.errors);
             return 0;
         });
-    describe->add_option("type", arguments->type, "Type, as in a pipeline file, or a file, such as out/run.json")->required();
+    describe->add_option("type", arguments->type, "Type, as in a pipeline file, or an exported file")->required();
     describe->add_flag("--json", arguments->json, "Print JSON");
-
-    CLI::App* graph = add("graph", "Print the pipeline's graph in the DOT language", false,
-                          [](const InspectArguments& given, const Catalog& catalog, Printed& to)
-                          { return write_graph(load(given, catalog), to.out, to.errors); });
-    arguments->pipeline.add_to(*graph);
 
     CLI::App* schema = add("schema", "Print where the JSON Schema of pipeline files is installed, for editors", false,
                            [](const InspectArguments& given, const Catalog& catalog, Printed& to)

@@ -17,8 +17,6 @@ namespace
 struct StoreArguments
 {
     PlaceArguments places;
-    bool json = false;
-    bool remove = false;
     bool dry_run = false;
     double keep_days = 7;
 };
@@ -33,34 +31,23 @@ std::string age_text(std::int64_t time_s)
     return days_text((static_cast<double>(std::time(nullptr)) - static_cast<double>(time_s)) / 86400.0);
 }
 
-Value to_value(const StoredObject& object)
-{
-    return Value::Map{{"id", object.id},           {"stage", object.stage},   {"type", object.type},  {"time_s", object.time_s},
-                      {"disk_mb", object.disk_mb}, {"in_use", object.in_use}, {"whole", object.whole}};
-}
-
 int list(const StoreArguments& arguments)
 {
     const Store store = arguments.places.existing_store();
     const auto objects = list_objects(store);
     double total = 0;
-    Value::List values;
     using Kind = TextTable::Kind;
     TextTable table(
         {{"", Kind::figure}, {"", Kind::figure}, {"", Kind::figure}, {"", Kind::number}, {"", Kind::number}, {"", Kind::figure}});
     for (const auto& object : objects)
     {
         total += object.disk_mb;
-        values.push_back(to_value(object));
         table.add({object.id, object.stage, object.type, size_text(object.disk_mb), object.whole ? age_text(object.time_s) : "",
                    !object.whole   ? "unfinished"
                    : object.in_use ? "in use"
                                    : ""});
     }
-    if (arguments.json)
-        print_value(Value::Map{{"objects", std::move(values)}, {"disk_mb", total}});
-    else
-        fmt::print("{}{} results, {}\n", table.text(terminal_width(STDOUT_FILENO)), objects.size(), size_text(total));
+    fmt::print("{}{} results, {}\n", table.text(terminal_width(STDOUT_FILENO)), objects.size(), size_text(total));
     return 0;
 }
 
@@ -68,49 +55,19 @@ int verify(const StoreArguments& arguments)
 {
     const Store store = arguments.places.existing_store();
     const auto damages = verify_store(store, available_cores());
-    Value::List values;
     for (const auto& damage : damages)
-    {
-        const bool made_anew = arguments.remove && !discard_damaged(store, damage.object, available_cores());
-        values.push_back(Value::Map{{"object", damage.object}, {"text", damage.text}, {"made_anew", made_anew}});
-        if (!arguments.json)
-            print_line("damaged: " + damage.text + (made_anew ? "; a run has since recomputed it" : ""));
-    }
-    if (arguments.json)
-        print_value(Value::Map{{"damaged", std::move(values)}, {"removed", arguments.remove}});
-    else if (damages.empty())
+        print_line("damaged: " + damage.text);
+    if (damages.empty())
         fmt::print("no result is damaged\n");
     else
-        fmt::print("{}: {}\n", counted(damages.size(), "damaged result"),
-                   arguments.remove ? "removed; the next run recomputes those it needs"
-                                    : "a run that reads one recomputes it; --remove removes them now");
-    return damages.empty() || arguments.remove ? 0 : 1;
+        fmt::print("{}: a run that reads one recomputes it\n", counted(damages.size(), "damaged result"));
+    return damages.empty() ? 0 : 1;
 }
 
 int tidy(const StoreArguments& arguments)
 {
     const Store store = arguments.places.existing_store();
     const TidyResult result = tidy_store(store, arguments.keep_days, arguments.dry_run);
-    if (arguments.json)
-    {
-        Value::List removed = each<Value>(result.removed, [&](const auto& object) { return to_value(object); });
-        Value::List kept = each<Value>(result.kept,
-                                       [](const KeptForUnseen& each)
-                                       {
-                                           return Value::Map{{"pipeline", each.pipeline},
-                                                             {"days_ago", each.days_ago},
-                                                             {"results", each.results},
-                                                             {"disk_mb", each.disk_mb}};
-                                       });
-        print_value(Value::Map{{"removed", std::move(removed)},
-                               {"freed_mb", result.freed_mb},
-                               {"checkpoints", result.checkpoints},
-                               {"leftovers", result.leftovers},
-                               {"kept", std::move(kept)},
-                               {"stuck", Value::List(result.stuck.begin(), result.stuck.end())},
-                               {"dry_run", arguments.dry_run}});
-        return 0;
-    }
     const std::size_t width = terminal_width(STDOUT_FILENO);
     TextTable table({{"", TextTable::Kind::figure}, {"", TextTable::Kind::figure}, {"", TextTable::Kind::number}});
     for (const auto& object : result.removed)
@@ -119,10 +76,10 @@ int tidy(const StoreArguments& arguments)
                                            arguments.dry_run ? "would remove" : "removed", result.removed.size(),
                                            size_text(result.freed_mb), result.checkpoints, result.leftovers);
     fmt::print("{}{}\n", table.text(width), folded(counts, width));
-    for (const KeptForUnseen& kept : result.kept)
-        print_line(fmt::format("kept {} ({}) of {}: the pipeline file is missing, but its last run was {} ago (--keep-days {})",
-                               counted(static_cast<std::size_t>(kept.results), "result"), size_text(kept.disk_mb), kept.pipeline,
-                               days_text(kept.days_ago), arguments.keep_days));
+    if (result.kept > 0)
+        print_line(fmt::format("kept {} of pipelines whose files are missing, but which ran in the last {} (--keep-days {})",
+                               counted(static_cast<std::size_t>(result.kept), "result"), days_text(arguments.keep_days),
+                               arguments.keep_days));
     for (const std::string& stuck : result.stuck)
         print_line("cannot be removed: " + stuck);
     return 0;
@@ -139,13 +96,11 @@ void add_store_command(CLI::App& app, int& exit_code)
     {
         CLI::App* sub = command->add_subcommand(name, help);
         arguments->places.add_store_to(*sub);
-        sub->add_flag("--json", arguments->json, "Print JSON");
         sub->callback([arguments, action, &exit_code] { exit_code = action(*arguments); });
         return sub;
     };
     add("ls", "List the results", list);
-    add("verify", "Verify every result against its hashes; exit code 1 if any is damaged", verify)
-        ->add_flag("--remove", arguments->remove, "Remove damaged results");
+    add("verify", "Verify every result against its hashes; exit code 1 if any is damaged", verify);
     CLI::App* gc = add("gc", "Remove results that no pipeline's last run used and that are older than --keep-days", tidy);
     gc->add_option("--keep-days", arguments->keep_days,
                    "Keep results and checkpoints younger than this, and the last results of pipelines that ran since")

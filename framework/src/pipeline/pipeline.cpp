@@ -9,7 +9,6 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <boost/algorithm/string/replace.hpp>
 #include <fmt/format.h>
 #include <ostream>
 #include <set>
@@ -121,42 +120,6 @@ PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& cata
     }
     result.pipeline.graph = std::make_shared<const StageGraph>(graph_of(result.pipeline.stages));
     return result;
-}
-
-std::string dot_quoted(std::string text)
-{
-    // Graphviz reads backslash sequences in labels: a backslash itself is doubled.
-    for (const auto& [character, written] : {std::pair("\\", "\\\\"), {"\"", "\\\""}, {"\n", "\\n"}})
-        boost::replace_all(text, character, written);
-    return '"' + text + '"';
-}
-
-void write_dot(const Pipeline& pipeline, std::ostream& out)
-{
-    out << "digraph pipeline {\n    rankdir=LR;\n    node [shape=box, style=rounded];\n";
-    // A stage and a file may have one name: numbers keep them apart.
-    std::map<std::string, std::size_t> stages, files;
-    for (const PipelineStage& stage : pipeline.stages)
-        out << fmt::format("    stage{} [label={}];\n", stages.emplace(stage.name, stages.size()).first->second,
-                           dot_quoted(stage.name + "\n" + (stage.type ? stage.type->type : "")));
-    for (const PipelineStage& stage : pipeline.stages)
-        for (const Wire& wire : stage.wires)
-        {
-            std::string from = wire.from_stage.empty() ? "" : fmt::format("stage{}", stages.at(wire.from_stage));
-            if (from.empty())
-            {
-                const auto [file, fresh] = files.emplace(wire.file.string(), files.size());
-                from = fmt::format("file{}", file->second);
-                if (fresh)
-                    out << fmt::format("    {} [shape=note, style=\"\", label={}, tooltip={}];\n", from,
-                                       dot_quoted(wire.file.filename().string()), dot_quoted(wire.file.string()));
-            }
-            const std::string ports =
-                wire.from_port.empty() || wire.from_port == wire.port ? wire.port : wire.from_port + " → " + wire.port;
-            out << fmt::format("    {} -> stage{} [label={}, tooltip={}];\n", from, stages.at(stage.name), dot_quoted(ports),
-                               dot_quoted(wire.artifact));
-        }
-    out << "}\n";
 }
 
 std::string OutputOwners::blocked(const Owners::value_type& file, const Owners::value_type& below, const std::string& option)

@@ -155,12 +155,6 @@ struct PipelineResult
 /// Reads, checks and completes a pipeline file against the catalog. Runs no plugin code.
 PipelineResult load_pipeline(const PipelineRequest& request, const Catalog& catalog);
 
-/// The pipeline as a graph for Graphviz: stages with their types, files that are read, ports and artifacts on the edges.
-void write_dot(const Pipeline& pipeline, std::ostream& out);
-
-/// A quoted identifier of the DOT language.
-std::string dot_quoted(std::string text);
-
 /// Stages by the paths that they write below `--out`: no two may write the same, nor one into a folder that another writes as a
 /// file.
 class OutputOwners

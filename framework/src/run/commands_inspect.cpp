@@ -214,28 +214,6 @@ int internal_origin(const std::filesystem::path& library, const std::string& typ
     return 0;
 }
 
-void write_run_origin(const std::filesystem::path& file, bool json, std::ostream& out)
-{
-    const Value run = parse_json(read_text_file(file), file.string());
-    const Value* format = run.find("format");
-    if (format == nullptr || !format->is_string() || !format->as_string().starts_with("fresco-"))
-        throw Error(file.string() + ": is not the report of a run; 'fresco stages' lists the types that can be described");
-    if (json)
-    {
-        out << to_json(run, 2) << '\n';
-        return;
-    }
-    out << harmless(file.string() + ": report of a run of " + run.at("pipeline").at("file").as_string(), LineEnds::none) << '\n';
-    TextTable table = table_of({Kind::figure, Kind::text});
-    table.add({"format", format->as_string() + ", version " + std::to_string(run.at("version").as_int()) +
-                             ": pipelines/results.md says what is in it"});
-    table.add({"fresco", run.at("fresco").as_string()});
-    table.add({"time", run.at("time").as_string()});
-    table.add({"command", fmt::format("{}", fmt::join(each(run.at("command").as_list(), &Value::as_string), " "))});
-    table.add({"exit code", std::to_string(run.at("exit_code").as_int())});
-    out << table.text(without_end);
-}
-
 std::vector<std::string> unusable_lines(const Catalog& catalog)
 {
     std::vector<std::string> lines;
@@ -366,15 +344,6 @@ int write_description(const Catalog& catalog, const std::string& type, bool json
     else
         write_text(*known.description, *known.declaration, types, width, out);
     return 0;
-}
-
-int write_graph(const PipelineResult& result, std::ostream& out, std::ostream& errors)
-{
-    if (result.problems.empty())
-        write_dot(result.pipeline, out);
-    else
-        write_problems(result.problems, errors);
-    return result.exit_code();
 }
 
 }  // namespace fresco::host

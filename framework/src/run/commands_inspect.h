@@ -25,9 +25,6 @@ void write_file_origin(const TypeDescription& reader, const std::filesystem::pat
 /// The process that does it: sends {"origin": {…}} or {"error": text, "missing": bool}.
 int internal_origin(const std::filesystem::path& library, const std::string& type, const std::filesystem::path& file);
 
-/// Writes which run a run.json or sweep.json reports. Throws Error for another file.
-void write_run_origin(const std::filesystem::path& file, bool json, std::ostream& out);
-
 /// As a list of maps: file, line, column, kind (invalid, missing_input, plugin, warning), text.
 Value problems_as_value(const std::vector<Problem>& problems);
 
@@ -42,9 +39,6 @@ int write_stages(const Catalog& catalog, bool all, bool json, std::size_t width,
 /// `errors`.
 int write_description(const Catalog& catalog, const std::string& type, bool json, std::size_t width, std::ostream& out,
                       std::ostream& errors);
-
-/// The pipeline in the DOT language; its problems, if it has any, go to `errors`.
-int write_graph(const PipelineResult& result, std::ostream& out, std::ostream& errors);
 
 /// Unusable types with the reason, a line for each.
 std::vector<std::string> unusable_lines(const Catalog& catalog);

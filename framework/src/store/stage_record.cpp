@@ -117,8 +117,8 @@ UsedResults used_results(const Store& store, double keep_days)
         if (!is_stored_name(folder.filename().native()))
             continue;
         bool is_unseen = false;
-        UnseenPipeline pipeline;
-        pipeline.days_ago = std::numeric_limits<double>::max();
+        double days_ago = std::numeric_limits<double>::max();
+        std::set<std::string> objects;
         std::set<std::string> damaged;
         for (const auto& file : entries_of(folder))
         {
@@ -128,9 +128,8 @@ UsedResults used_results(const Store& store, double keep_days)
             {
                 const StageRecord record = read_record_of(file);
                 is_unseen = is_unseen || is_gone(record.pipeline);
-                pipeline.file = record.pipeline;
-                pipeline.days_ago = std::min(pipeline.days_ago, age_days(file));
-                pipeline.objects.insert(record.object);
+                days_ago = std::min(days_ago, age_days(file));
+                objects.insert(record.object);
             }
             catch (const MissingInput&)
             {
@@ -141,16 +140,13 @@ UsedResults used_results(const Store& store, double keep_days)
                 damaged.insert(file.stem().string());
             }
         }
-        if (is_unseen && pipeline.days_ago >= keep_days)
+        if (is_unseen && days_ago >= keep_days)
         {
             used.abandoned.push_back(folder);
             continue;
         }
         used.stages.merge(damaged);
-        if (is_unseen)
-            used.unseen.push_back(std::move(pipeline));
-        else
-            used.objects.merge(pipeline.objects);
+        (is_unseen ? used.unseen : used.objects).merge(objects);
     }
     return used;
 }

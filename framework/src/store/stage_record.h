@@ -34,22 +34,15 @@ void write_stage_record(const Store& store, const std::filesystem::path& pipelin
 /// Removes records, and links to logs, of stages that the pipeline file no longer has.
 void remove_old_records(const Store& store, const std::filesystem::path& pipeline, const std::set<std::string>& stages);
 
-/// The results of the last run of a pipeline whose file cannot be seen: it came from standard input, its disk is not mounted, or
-/// it was moved or removed.
-struct UnseenPipeline
-{
-    std::string file;
-    double days_ago = 0;  ///< Age of the last run.
-    std::set<std::string> objects;
-};
-
 /// Results that the last runs used.
 struct UsedResults
 {
     std::set<std::string> objects;
     /// Names of stages whose record is damaged: any result of such a stage may be in use.
     std::set<std::string> stages;
-    std::vector<UnseenPipeline> unseen;            ///< Their last runs are younger than `keep_days`.
+    /// Results of pipelines whose file cannot be seen, because it came from standard input, its disk is not mounted, or it was
+    /// moved or removed. Their last runs are younger than `keep_days`.
+    std::set<std::string> unseen;
     std::vector<std::filesystem::path> abandoned;  ///< Record folders of those that last ran earlier.
 };
 UsedResults used_results(const Store& store, double keep_days);

@@ -50,8 +50,7 @@ UsedResults all_used(const Store& store, double keep_days)
     };
     UsedResults used = used_results(store, keep_days);
     add_references(used.objects);
-    for (UnseenPipeline& pipeline : used.unseen)
-        add_references(pipeline.objects);
+    add_references(used.unseen);
     return used;
 }
 
@@ -111,8 +110,7 @@ std::optional<std::string> key_of_object(const Store& store, const std::string& 
 void remove_leftovers(const Store& store, const UsedResults& used)
 {
     std::set<std::string> objects = used.objects;
-    for (const UnseenPipeline& pipeline : used.unseen)
-        objects.insert(pipeline.objects.begin(), pipeline.objects.end());
+    objects.insert(used.unseen.begin(), used.unseen.end());
     for (const auto& path : stored_objects(store))
         objects.insert(path.filename().string());
     for (const auto& file : entries_of(store.root() / "keys"))
@@ -214,21 +212,12 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
     std::set<std::string> kept_keys;
     std::set<std::string> removed_keys;
     const UsedResults used = all_used(store, keep_days);
-    for (const UnseenPipeline& pipeline : used.unseen)
-        result.kept.push_back({pipeline.file, pipeline.days_ago});
     for (auto& object : objects_of(store, used))
     {
         const bool old = (now - static_cast<double>(object.time_s)) / 86400.0 >= keep_days;
-        const auto user =
-            std::ranges::find_if(used.unseen, [&](const UnseenPipeline& each) { return each.objects.contains(object.id); });
-        if (object.whole && (object.in_use || !old || user != used.unseen.end()))
+        if (object.whole && (object.in_use || !old || used.unseen.contains(object.id)))
         {
-            if (!object.in_use && old)
-            {
-                KeptForUnseen& kept = result.kept[static_cast<std::size_t>(user - used.unseen.begin())];
-                ++kept.results;
-                kept.disk_mb += object.disk_mb;
-            }
+            result.kept += !object.in_use && old ? 1 : 0;
             kept_keys.insert(object.key);
             continue;
         }
@@ -238,7 +227,6 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
             store.discard(object.id);
         result.removed.push_back(std::move(object));
     }
-    std::erase_if(result.kept, [](const KeptForUnseen& kept) { return kept.results == 0; });
     result.checkpoints = remove_checkpoints(store, keep_days, dry_run);
     if (!dry_run)
         remove_logs(store, kept_keys, removed_keys, keep_days);

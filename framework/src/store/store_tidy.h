@@ -33,15 +33,6 @@ std::vector<Damage> verify_store(const Store& store, int threads);
 /// to `threads` threads. True if it is gone, false if it is whole. Throws Error if another run holds the key for 10 s.
 bool discard_damaged(const Store& store, const std::string& object, int threads);
 
-/// Old results that are kept because a pipeline whose file cannot be seen used them within `keep_days`.
-struct KeptForUnseen
-{
-    std::string pipeline;
-    double days_ago = 0;  ///< Age of its last run.
-    int results = 0;
-    double disk_mb = 0;
-};
-
 struct TidyResult
 {
     std::vector<StoredObject> removed;
@@ -49,7 +40,7 @@ struct TidyResult
     int checkpoints = 0;
     int leftovers = 0;               ///< Temporary folders of killed runs.
     std::vector<std::string> stuck;  ///< Temporary folders that cannot be removed, each with the reason.
-    std::vector<KeptForUnseen> kept;
+    int kept = 0;  ///< Old results, kept because a pipeline whose file cannot be seen used them within `keep_days`.
 };
 
 /// Removes results that no pipeline's last run used and that are older than `keep_days`, half-written ones, checkpoints of

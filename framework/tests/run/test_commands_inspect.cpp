@@ -116,23 +116,3 @@ TEST_CASE("check prints problems, as lines and as JSON", "[inspect]")
     CHECK(checked(check(folder, "version: 1\nstages:\n  a: {type: mesh.two}\n"), false) ==
           (folder.path() / "p.yaml").string() + ": 1 stage, no problems\n");
 }
-
-TEST_CASE("The graph names stages, types, files and ports, and escapes them", "[inspect]")
-{
-    const TemporaryFolder folder;
-    folder.write("odd \"name\"\\.ply", ply_text);
-    const PipelineResult result = check(folder, R"(version: 1
-stages:
-  a: {type: mesh.pass, input: {file: 'odd "name"\.ply'}}
-  b: {type: mesh.decimate, input: a}
-  c: {type: mesh.pass, input: b}
-)");
-    REQUIRE(lines(result).empty());
-    std::ostringstream out;
-    write_dot(result.pipeline, out);
-    CHECK_THAT(out.str(), Catch::StartsWith("digraph pipeline {\n") && Catch::EndsWith("}\n"));
-    for (const char* part : {R"(stage0 [label="a\nmesh.pass"];)", R"(label="odd \"name\"\\.ply")",
-                             R"(file0 -> stage0 [label="mesh", tooltip="mesh"];)",
-                             R"(stage1 -> stage2 [label="simplified → mesh", tooltip="mesh"];)"})
-        CHECK_THAT(out.str(), Contains(part));
-}

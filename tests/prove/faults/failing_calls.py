@@ -158,7 +158,6 @@ def scenarios(site):
         Scenario("run after others", site, site.unfinished, site.run_command()),
         Scenario("run on a damaged result", site, site.damaged, again),
         Scenario("store gc", site, site.superseded, site.store_command("gc", "--keep-days", "0"), site.run_command()),
-        Scenario("store verify --remove", site, site.damaged, site.store_command("verify", "--remove"), again),
     ]
 
 

@@ -188,79 +188,18 @@ std::vector<std::string> completions(const CLI::App& app, const std::vector<std:
     }
 }
 
-/// The script that makes the shell ask `fresco internal-complete`: for "bash" or "zsh".
-const char* completion_script(const std::string& shell)
-{
-    if (shell == "bash")
-        return R"(# Completion of fresco's command line for bash:
-#   source <(fresco completion bash)
-_fresco()
-{
-    local offered word=${COMP_WORDS[COMP_CWORD]}
-    [[ $word == = ]] && word=
-    mapfile -t offered < <("${COMP_WORDS[0]}" internal-complete "$COMP_CWORD" -- "${COMP_WORDS[@]}" 2>/dev/null)
-    case ${offered[0]} in
-    :files) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
-    :folders) compopt -o filenames; mapfile -t COMPREPLY < <(compgen -d -- "$word") ;;
-    *=) compopt -o nospace; COMPREPLY=("${offered[@]}") ;;
-    *) COMPREPLY=("${offered[@]}") ;;
-    esac
-}
-
-complete -F _fresco fresco
-)";
-    if (shell == "fish")
-        return R"(# Completion of fresco's command line for fish: in ~/.config/fish/completions as fresco.fish, or
-#   fresco completion fish | source
-function __fresco_complete
-    set -l words (commandline --tokenize --current-process --cut-at-cursor)
-    set -l current (commandline --current-token --cut-at-cursor)
-    set -l offered ($words[1] internal-complete (count $words) -- $words $current 2>/dev/null)
-    # Behind the sign of equality of --out=a and of --set a=b.
-    set -l before (string match --regex -- '^.*=' $current)
-    set -l word (string replace --regex -- '^.*=' '' $current)
-    switch "$offered[1]"
-        case :files
-            __fish_complete_path $word | string replace --regex -- '^' "$before"
-        case :folders
-            __fish_complete_directories $word | string replace --regex -- '^' "$before"
-        case ''
-        case '*'
-            printf "$before%s\n" $offered
-    end
-end
-complete --command fresco --no-files --arguments '(__fresco_complete)'
-)";
-    return R"(#compdef fresco
-# Completion of fresco's command line for zsh: in a folder of $fpath as _fresco, or
-#   source <(fresco completion zsh)
-_fresco()
-{
-    local -a offered
-    offered=("${(@f)$("${words[1]}" internal-complete $((CURRENT - 1)) -- "${words[@]}" 2>/dev/null)}")
-    case ${offered[1]} in
-    (:files) compset -P '*='; _files ;;
-    (:folders) compset -P '*='; _files -/ ;;
-    (*=) compadd -S '' -a offered ;;
-    ('') ;;
-    (*) compset -P '*='; compadd -a offered ;;
-    esac
-}
-
-if [[ $zsh_eval_context[-1] == loadautofunc ]]; then
-    _fresco "$@"
-else
-    compdef _fresco fresco
-fi
-)";
-}
-
 void add_completion_commands(CLI::App& app)
 {
     const auto shell = std::make_shared<std::string>();
     CLI::App* script = app.add_subcommand("completion", "Print a completion script for the shell");
     script->add_option("shell", *shell, "bash, fish or zsh")->required()->check(CLI::IsMember({"bash", "fish", "zsh"}));
-    script->callback([shell] { std::fputs(completion_script(*shell), stdout); });
+    script->callback(
+        [shell]
+        {
+            for (const TextFile& file : template_files("completion"))
+                if (file.path == *shell)
+                    std::fputs(file.text.c_str(), stdout);
+        });
 
     CLI::App* ask = app.add_subcommand("internal-complete", "Offer words; the shell calls this")->group("");
     const auto current = std::make_shared<std::size_t>();

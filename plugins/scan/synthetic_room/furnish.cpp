@@ -307,45 +307,30 @@ constexpr float first_length = 5.0f;
 // Faces of the hollow room.
 constexpr std::size_t west = 0, east = 1, south = 2, north = 3, bottom = 4, top = 5;
 
-/// Colors that go together; the seed picks one.
-struct Colors
+/// Colors that go together, the darkest and the lightest of each material.
+namespace colors
 {
-    std::array<Vec3f, 2> wall, cloth, cushion, curtain, rug, door;
-};
-
-const std::array<Colors, 3> color_sets{Colors{.wall = {Vec3f{0.44f, 0.22f, 0.20f}, {0.86f, 0.70f, 0.52f}},
-                                              .cloth = {Vec3f{0.40f, 0.30f, 0.14f}, {0.70f, 0.58f, 0.32f}},
-                                              .cushion = {Vec3f{0.10f, 0.34f, 0.36f}, {0.44f, 0.68f, 0.64f}},
-                                              .curtain = {Vec3f{0.56f, 0.42f, 0.18f}, {0.90f, 0.80f, 0.54f}},
-                                              .rug = {Vec3f{0.12f, 0.32f, 0.34f}, {0.64f, 0.36f, 0.14f}},
-                                              .door = {Vec3f{0.36f, 0.20f, 0.12f}, {0.60f, 0.38f, 0.24f}}},
-                                       Colors{.wall = {Vec3f{0.20f, 0.36f, 0.38f}, {0.78f, 0.76f, 0.58f}},
-                                              .cloth = {Vec3f{0.13f, 0.30f, 0.34f}, {0.36f, 0.58f, 0.58f}},
-                                              .cushion = {Vec3f{0.72f, 0.34f, 0.14f}, {0.95f, 0.72f, 0.36f}},
-                                              .curtain = {Vec3f{0.62f, 0.24f, 0.20f}, {0.88f, 0.56f, 0.44f}},
-                                              .rug = {Vec3f{0.60f, 0.14f, 0.13f}, {0.13f, 0.22f, 0.36f}},
-                                              .door = {Vec3f{0.24f, 0.34f, 0.34f}, {0.48f, 0.58f, 0.54f}}},
-                                       Colors{.wall = {Vec3f{0.30f, 0.36f, 0.22f}, {0.84f, 0.80f, 0.60f}},
-                                              .cloth = {Vec3f{0.44f, 0.14f, 0.14f}, {0.72f, 0.36f, 0.32f}},
-                                              .cushion = {Vec3f{0.70f, 0.60f, 0.40f}, {0.94f, 0.88f, 0.70f}},
-                                              .curtain = {Vec3f{0.20f, 0.32f, 0.46f}, {0.54f, 0.68f, 0.78f}},
-                                              .rug = {Vec3f{0.16f, 0.24f, 0.42f}, {0.56f, 0.20f, 0.20f}},
-                                              .door = {Vec3f{0.22f, 0.26f, 0.40f}, {0.46f, 0.52f, 0.64f}}}};
+using Range = std::array<Vec3f, 2>;
+constexpr Range wall{Vec3f{0.20f, 0.36f, 0.38f}, {0.78f, 0.76f, 0.58f}};
+constexpr Range cloth{Vec3f{0.13f, 0.30f, 0.34f}, {0.36f, 0.58f, 0.58f}};
+constexpr Range cushion{Vec3f{0.72f, 0.34f, 0.14f}, {0.95f, 0.72f, 0.36f}};
+constexpr Range curtain{Vec3f{0.62f, 0.24f, 0.20f}, {0.88f, 0.56f, 0.44f}};
+constexpr Range rug{Vec3f{0.60f, 0.14f, 0.13f}, {0.13f, 0.22f, 0.36f}};
+constexpr Range door{Vec3f{0.24f, 0.34f, 0.34f}, {0.48f, 0.58f, 0.54f}};
+}  // namespace colors
 
 struct Palette
 {
-    Colors colors;
     std::uint16_t oak, walnut, cloth, cushion, curtain, glow, cabinet, beam, skirting;
 };
 
-Palette make_palette(Furniture& f, const Colors& c)
+Palette make_palette(Furniture& f)
 {
-    return {.colors = c,
-            .oak = f.material({Pattern::wood, {0.48f, 0.29f, 0.13f}, {0.84f, 0.62f, 0.36f}}),
+    return {.oak = f.material({Pattern::wood, {0.48f, 0.29f, 0.13f}, {0.84f, 0.62f, 0.36f}}),
             .walnut = f.material({Pattern::wood, {0.20f, 0.11f, 0.06f}, {0.50f, 0.31f, 0.18f}}),
-            .cloth = f.material({Pattern::fabric, c.cloth[0], c.cloth[1], 0.014f}),
-            .cushion = f.material({Pattern::fabric, c.cushion[0], c.cushion[1], 0.018f}),
-            .curtain = f.material({Pattern::fabric, c.curtain[0], c.curtain[1], 0.02f}),
+            .cloth = f.material({Pattern::fabric, colors::cloth[0], colors::cloth[1], 0.014f}),
+            .cushion = f.material({Pattern::fabric, colors::cushion[0], colors::cushion[1], 0.018f}),
+            .curtain = f.material({Pattern::fabric, colors::curtain[0], colors::curtain[1], 0.02f}),
             .glow = f.material({Pattern::shade, {1.0f, 0.93f, 0.74f}, {0.93f, 0.68f, 0.36f}, 1, 0, 5.0f}),
             .cabinet = f.material({Pattern::panels, {0.30f, 0.17f, 0.09f}, {0.60f, 0.38f, 0.20f}, 0.34f}),
             .beam = f.material({Pattern::wood, {0.28f, 0.17f, 0.09f}, {0.58f, 0.40f, 0.24f}}),
@@ -362,7 +347,7 @@ void build_shell(Scene& scene, Furniture& f, const Palette& palette)
     shell.materials[west] = f.material({Pattern::brick, {0.48f, 0.20f, 0.13f}, {0.78f, 0.44f, 0.30f}});
     shell.materials[east] = plaster;
     shell.materials[south] = plaster;
-    shell.materials[north] = f.material({Pattern::wallpaper, palette.colors.wall[0], palette.colors.wall[1], 0.24f});
+    shell.materials[north] = f.material({Pattern::wallpaper, colors::wall[0], colors::wall[1], 0.24f});
     shell.materials[bottom] = f.material({Pattern::planks, {0.34f, 0.19f, 0.09f}, {0.80f, 0.55f, 0.31f}});
     shell.materials[top] = f.material({Pattern::plaster, {0.84f, 0.80f, 0.72f}, {0.99f, 0.98f, 0.94f}});
     scene.solids.push_back(shell);
@@ -405,8 +390,7 @@ void add_door(const Scene& scene, Furniture& f, const Palette& palette)
     f.stand_at(0.62f, 0, 0);
     const float height = std::min(2.02f, scene.size.z - 0.12f);
     f.begin(Part::walls);
-    f.box({0, 0.02f, height / 2}, {0.86f, 0.04f, height},
-          f.material({Pattern::panels, palette.colors.door[0], palette.colors.door[1], 0.66f}));
+    f.box({0, 0.02f, height / 2}, {0.86f, 0.04f, height}, f.material({Pattern::panels, colors::door[0], colors::door[1], 0.66f}));
     for (const float side : {-1.0f, 1.0f})
         f.box({side * 0.47f, 0.03f, height / 2}, {0.09f, 0.06f, height}, palette.skirting);
     f.box({0, 0.03f, height + 0.045f}, {1.03f, 0.06f, 0.09f}, palette.skirting);
@@ -415,7 +399,7 @@ void add_door(const Scene& scene, Furniture& f, const Palette& palette)
 
 void add_dining_group(const Scene& scene, Furniture& f, const Palette& palette, float x, float y)
 {
-    const auto pile = f.material({Pattern::rug, palette.colors.rug[0], palette.colors.rug[1]});
+    const auto pile = f.material({Pattern::rug, colors::rug[0], colors::rug[1]});
     const auto fringe = f.material({Pattern::fabric, {0.62f, 0.55f, 0.42f}, {0.86f, 0.80f, 0.66f}, 0.02f});
     f.stand_at(x, y, 0.06f);
     Solid& rug = f.box({0, 0, 0.008f}, {2.3f, 1.6f, 0.016f}, fringe);
@@ -439,7 +423,7 @@ void add_dining_group(const Scene& scene, Furniture& f, const Palette& palette, 
 void add_bay(const Scene& scene, Furniture& f, const Palette& palette, float x)
 {
     const float w = scene.size.y;
-    const auto pile = f.material({Pattern::rug, palette.colors.rug[1], palette.colors.rug[0]});
+    const auto pile = f.material({Pattern::rug, colors::rug[1], colors::rug[0]});
     f.stand_at(x, 0.48f * w, -0.1f);
     f.box({0, 0, 0.008f}, {1.7f, 1.2f, 0.016f}, pile).part = Part::floor;
     f.stand_at(x - 0.5f, 0.48f * w, -pi / 2 + 0.5f);
@@ -488,7 +472,7 @@ Scene furnish(Vec3f size, std::uint32_t seed)
     Scene scene;
     scene.size = size;
     Furniture furniture(scene, hash(seed, 77u));
-    const auto palette = make_palette(furniture, color_sets[seed % color_sets.size()]);
+    const auto palette = make_palette(furniture);
     build_shell(scene, furniture, palette);
     add_window(scene, furniture, palette);
     add_door(scene, furniture, palette);

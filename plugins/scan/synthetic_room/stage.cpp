@@ -24,7 +24,7 @@ const std::vector<std::string> part_names{"floor", "ceiling", "walls", "furnitur
 class ScanSyntheticRoom final : public fresco::Stage
 {
     fresco::Option<int> seed{this, "seed", 1, fresco::range(0, 1'000'000'000),
-                             "Another seed gives another room: colors, books, textures and noise"};
+                             "Another seed gives another room: books, textures and noise"};
     fresco::Option<std::vector<double>> size_m{this,
                                                "size_m",
                                                {4.5, 3.6, 2.6},

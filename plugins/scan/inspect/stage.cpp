@@ -20,6 +20,8 @@ using namespace fresco;
 namespace
 {
 
+constexpr std::size_t most_pictures = 4;
+
 class ScanInspect final : public Stage
 {
     Input<Mesh> mesh{this, "mesh", optional, "The room as scanned; without it, frames are compared with each other"};
@@ -27,7 +29,6 @@ class ScanInspect final : public Stage
     Output<Files> pictures{this, "pictures", "A PNG of what was compared, and the measurements as JSON"};
     Option<int> frames_count{this, "frames_count", 12, range(1, 10'000),
                              "Number of frames to inspect, evenly spread; without a mesh, in groups of four"};
-    Option<int> pictures_count{this, "pictures_count", 4, range(1, 64), "Number of inspected frames to draw"};
     Option<OutputName> path{this, "path", OutputName{"inspect.png"}, extensions({".png"}),
                             "File of the picture, below --out; the JSON file lies beside it"};
     Option<bool> fail{this, "fail", false, "End with an error if a mistake is certain"};
@@ -79,7 +80,7 @@ class ScanInspect final : public Stage
     std::vector<inspect::Panel> panels(const raycast::Scene* scene, const std::vector<inspect::View>& views,
                                        const inspect::Diagnosis& found, RunContext& run) const
     {
-        const auto count = std::min(static_cast<std::size_t>(*pictures_count), views.size());
+        const auto count = std::min(most_pictures, views.size());
         std::vector<inspect::Panel> all;
         for (std::size_t i = 0; i < count; ++i)
         {

@@ -27,19 +27,18 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
         return;
     const testing::TemporaryFolder out;
     testing::TestRun right;
-    const auto files =
-        inspection_of(room->mesh, room->frames, room->images,
-                      Value::Map{{"frames_count", 5}, {"pictures_count", 2}, {"path", "look/at.png"}}, out.path(), right);
+    const auto files = inspection_of(room->mesh, room->frames, room->images,
+                                     Value::Map{{"frames_count", 5}, {"path", "look/at.png"}}, out.path(), right);
     CHECK(files->names == std::vector<std::string>{"look/at.png", "look/at.json"});
     CHECK(right.reported.at("causes").as_list().empty());
     CHECK(right.reported.at("frames").as_int() == 5);
     CHECK(right.reported.at("agreement").as_double() > 0.9);
     REQUIRE(right.messages.size() == 1);
     CHECK_THAT(right.messages.front(), Contains("mesh and frames agree: ") && Contains("of the depths; 9"));
-    // Two rows of four tiles of 240 px.
+    // Four rows of four tiles of 240 px.
     const auto sheet = room->images->read_rgb(out.path() / "pictures" / files->names[0]);
     CHECK(sheet.width == 4 + 4 * 324);
-    CHECK(sheet.height == 4 + 2 * 244);
+    CHECK(sheet.height == 4 + 4 * 244);
     const auto json = parse_json(read_text_file(out.path() / "pictures" / files->names[1]));
     CHECK(json.at("recorded").at("agreement").as_double() == right.reported.at("agreement").as_double());
 
@@ -50,14 +49,14 @@ TEST_CASE("the stage reports, draws, and warns of a mistake or fails by it", "[s
                 for (const int column : {1, 2})
                     camera->world_from_camera.rotation(row, column) *= -1;
     testing::TestRun wrong;
-    inspection_of(room->mesh, turned, room->images, Value::Map{{"pictures_count", 2}}, out.path(), wrong);
+    inspection_of(room->mesh, turned, room->images, Value::Map{}, out.path(), wrong);
     REQUIRE(wrong.reported.at("causes").as_list().size() == 1);
     CHECK(wrong.reported.at("causes").as_list().front().as_string() == "opengl_axes");
     CHECK(wrong.reported.at("agreement_explained").as_double() > 0.9);
     REQUIRE(wrong.messages.size() == 2);
     CHECK_THAT(wrong.messages.front(), Contains("warning: ") && Contains("OpenGL's camera axes"));
     // As recorded and, below each, as suggested.
-    CHECK(room->images->read_rgb(out.path() / "pictures" / "inspect.png").height == 4 + 4 * 244);
+    CHECK(room->images->read_rgb(out.path() / "pictures" / "inspect.png").height == 4 + 8 * 244);
 
     testing::TestRun failing;
     CHECK_THROWS_WITH(inspection_of(room->mesh, turned, room->images, Value::Map{{"fail", true}}, out.path(), failing),

@@ -3,7 +3,6 @@
 #include "explain_depths.h"
 
 #include <fresco/camera.h>
-#include <fresco/evaluation/statistics.h>
 #include <fresco/inspection/wording.h>
 #include <fresco/numerics/numerics.h>
 
@@ -17,20 +16,8 @@ namespace fresco::inspect
 namespace
 {
 
-constexpr double clear_correlation = 0.3;
-constexpr std::size_t fewest_pixels = 200;
-
-std::array<double, 3> color_at(const Mesh& mesh, const raycast::Hit& hit)
-{
-    std::array<double, 3> color{};
-    for (std::size_t corner = 0; corner < 3; ++corner)
-        for (std::size_t c = 0; c < 3; ++c)
-            color[c] += hit.weights[corner] * mesh.colors[mesh.triangles[hit.triangle][corner]][c];
-    return color;
-}
-
 /// The hit of the ray through a pixel of a camera.
-raycast::Hit seen_at(const raycast::Scene& scene, const Camera& camera, const ColorSample& pixel)
+raycast::Hit seen_at(const raycast::Scene& scene, const Camera& camera, Vec2f pixel)
 {
     const std::array direction{camera.ray(static_cast<double>(pixel.x), static_cast<double>(pixel.y))};
     std::array<raycast::Hit, 1> hit;
@@ -38,49 +25,11 @@ raycast::Hit seen_at(const raycast::Scene& scene, const Camera& camera, const Co
     return hit[0];
 }
 
-/// Whether the pictures have red and blue exchanged against the colors of the mesh's vertices: where cameras see the mesh, green
-/// goes along with its green, but red minus blue goes against its red minus blue, in most frames. White balance and exposure may
-/// differ. False if the mesh has no colors. `cameras`: of the views' color pictures, at the size of View::color.
-bool channels_exchanged(const raycast::Scene& scene, const std::vector<View>& views, const std::vector<Camera>& cameras)
-{
-    const Mesh& mesh = scene.mesh();
-    if (mesh.colors.empty())
-        return false;
-    // The pictures and the mesh have one value each per pixel.
-    std::vector<double> greens, mesh_greens, differences, mesh_differences, as_recorded, exchanged;
-    for (std::size_t i = 0; i < views.size(); ++i)
-    {
-        const std::size_t first = greens.size();
-        for (const ColorSample& sample : views[i].colors)
-        {
-            const raycast::Hit hit = seen_at(scene, cameras[i], sample);
-            if (!hit.found())
-                continue;
-            const auto color = color_at(mesh, hit);
-            greens.push_back(sample.color[1]);
-            mesh_greens.push_back(color[1]);
-            differences.push_back(sample.color[0] - sample.color[2]);
-            mesh_differences.push_back(color[0] - color[2]);
-        }
-        const double correlation =
-            evaluation::pearson(std::span(differences).subspan(first), std::span(mesh_differences).subspan(first));
-        if (std::isfinite(correlation))
-        {
-            as_recorded.push_back(correlation);
-            exchanged.push_back(-correlation);
-        }
-    }
-    return greens.size() >= fewest_pixels && evaluation::pearson(greens, mesh_greens) > clear_correlation &&
-           evaluation::pearson(differences, mesh_differences) < -clear_correlation && gains(as_recorded, exchanged);
-}
-
 /// Edges at a wrong outline are as strong as anywhere.
 constexpr double fair_response = 0.15;
 constexpr double no_response = 0.04;
 /// A change of the color camera must be so many times as good as the recorded one.
 constexpr double clearly = 1.6;
-/// Factor for neighboring pictures, which show nearly the same.
-constexpr double clearly_in_time = 1.25;
 constexpr std::size_t fair_outline_points = 300;
 /// Smaller errors of a camera are within what a calibration leaves.
 constexpr double focal_tolerance = 0.04;
@@ -139,9 +88,6 @@ class Judge
         if (depths_.empty() || result_.explained.fits)
             judge_color();
         tell_figures(result_, by_depth, result_.findings);
-        if (result_.channels_exchanged)
-            tell(result_.findings, "red_and_blue_exchanged",
-                 "the color pictures have red and blue exchanged (BGR), judged by the colors of the mesh: exchange them");
         if (depths_.empty() && std::ranges::any_of(views_, &View::depth_is_empty))
             tell(result_.findings, "empty_depth",
                  "the depth pictures are empty: all values in those of the inspected frames are 0 or 65535, which mean that "
@@ -228,14 +174,13 @@ class Judge
     }
 
     /// The color pictures and what should lie on their edges.
-    std::vector<EdgeView> edge_views(const Assumption& assumption, bool by_depth_camera = false,
-                                     RasterF View::*edges = &View::edges) const
+    std::vector<EdgeView> edge_views(const Assumption& assumption, bool by_depth_camera = false) const
     {
         std::vector<EdgeView> all;
         for (const View& view : views_)
-            if (!(view.*edges).empty())
+            if (!view.edges.empty())
             {
-                EdgeView& edge_view = all.emplace_back(EdgeView{color_camera(view, by_depth_camera), &(view.*edges), {}});
+                EdgeView& edge_view = all.emplace_back(EdgeView{color_camera(view, by_depth_camera), &view.edges, {}});
                 if (!depths_.empty())
                     add_outline(edge_view, measured_outline(view, assumption, by_depth_camera));
                 else if (scene_ != nullptr)
@@ -343,9 +288,9 @@ class Judge
         for (const View& view : views_)
         {
             const Camera camera{view.color, color_pose(view, assumption, false)};
-            for (std::size_t i = 0; i < view.colors.size(); i += look_stride)
+            for (std::size_t i = 0; i < view.pixels.size(); i += look_stride)
             {
-                const raycast::Hit hit = seen_at(*scene_, camera, view.colors[i]);
+                const raycast::Hit hit = seen_at(*scene_, camera, view.pixels[i]);
                 ++look.pixels;
                 look.seen += hit.found();
                 look.fronts += hit.found() && hit.front != mirrored;
@@ -360,40 +305,7 @@ class Judge
         const auto views = edge_views(result_.assumption);
         if (points_of(views) >= fair_outline_points)
             judge_color_camera(views);
-        std::vector<Camera> cameras;
-        for (const View& view : views_)
-            cameras.push_back(explained_cameras(result_, view).first);
-        result_.channels_exchanged =
-            scene_ != nullptr && !result_.color_change.upside_down && channels_exchanged(*scene_, views_, cameras);
         tell_color(result_, shared_camera() && !depths_.empty(), result_.findings);
-    }
-
-    /// Whether the outlines lie on the edges of the pictures before or after rather than on their own, which respond by
-    /// `own`, or by `changed` if the camera is another.
-    bool judge_color_time(double own, double changed)
-    {
-        for (const auto& [edges, lag] : {std::pair{&View::edges_before, -1}, {&View::edges_after, 1}})
-        {
-            std::vector<double> owns;
-            std::vector<double> others;
-            for (const View& view : views_)
-                if (!view.edges.empty() && !(view.*edges).empty())
-                {
-                    EdgeView pair{color_camera(view, false), &view.edges, {}};
-                    add_outline(pair, measured_outline(view, result_.assumption, false));
-                    owns.push_back(edge_responses({pair}, {}).front());
-                    pair.edges = &(view.*edges);
-                    others.push_back(edge_responses({pair}, {}).front());
-                }
-            const double response = edge_response(edge_views(result_.assumption, false, edges), {});
-            if (depths_.empty() || response < fair_response || response < clearly_in_time * own || response < changed ||
-                !gains(owns, others))
-                continue;
-            result_.color_lag_frames = lag;
-            result_.explained.edge_response = response;
-            return true;
-        }
-        return false;
     }
 
     void judge_color_camera(const std::vector<EdgeView>& views)
@@ -431,8 +343,6 @@ class Judge
                 responses = edge_responses(by_depth, {});
             }
         }
-        if (judge_color_time(before, most))
-            return;
         const bool off = by_depth_camera || discrete || std::abs(std::log(best.focal_scale)) >= focal_tolerance ||
                          std::abs(best.shift_x) >= shift_tolerance || std::abs(best.shift_y) >= shift_tolerance;
         if (!off || !clearly_better(before, most, edge_responses(views, {}), responses))

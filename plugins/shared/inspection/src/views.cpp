@@ -283,16 +283,14 @@ PoseTrack track_of(const Frames& frames, std::size_t index, Camera Frame::*camer
     return track;
 }
 
-std::vector<ColorSample> sample_color(const Raster8& rgb)
+std::vector<Vec2f> grid_pixels(const Raster8& rgb)
 {
     const int step = std::max(1, rgb.width / grid_columns);
-    std::vector<ColorSample> samples;
+    std::vector<Vec2f> pixels;
     for (int y = step / 2; y < rgb.height; y += step)
         for (int x = step / 2; x < rgb.width; x += step)
-            samples.push_back({static_cast<float>(x) + 0.5F,
-                               static_cast<float>(y) + 0.5F,
-                               {rgb.at(x, y, 0), rgb.at(x, y, 1), rgb.at(x, y, 2)}});
-    return samples;
+            pixels.push_back({static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F});
+    return pixels;
 }
 
 /// Found at the height of the edges, in pixels of the full picture.
@@ -397,16 +395,7 @@ View view_of(const Frames& frames, const Chosen& chosen, const DepthReader& read
     {
         const Raster8 picture = resized(load_color(frame, images), view.color.width, view.color.height);
         view.edges = edge_strength(picture);
-        view.colors = sample_color(picture);
-        const auto edges_of = [&](std::size_t other)
-        {
-            if (!has_depth || other >= frames.frames.size() || frames.frames[other].sequence != frame.sequence ||
-                frames.frames[other].color_picture.empty())
-                return RasterF();
-            return edge_strength(resized(load_color(frames.frames[other], images), view.color.width, view.color.height));
-        };
-        view.edges_before = edges_of(index - 1);
-        view.edges_after = edges_of(index + 1);
+        view.pixels = grid_pixels(picture);
     }
     return view;
 }

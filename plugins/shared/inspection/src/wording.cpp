@@ -291,11 +291,6 @@ void tell_color(const Diagnosis& diagnosis, bool one_camera, Findings& findings)
     tell_both_cameras(a, color, findings);
     const auto told = [&](const char* cause)
     { return std::ranges::any_of(findings, [&](const Finding& finding) { return finding.cause == cause; }); };
-    if (diagnosis.color_lag_frames != 0)
-        tell(findings, "color_lag",
-             std::string("the color pictures are shifted in time against the depth pictures: each depth picture fits the color "
-                         "picture ") +
-                 (diagnosis.color_lag_frames > 0 ? "after" : "before") + " its own; correct the order of one of them");
     if (diagnosis.color_by_depth_camera && a.by_color_camera)
         replace(findings, "depth_by_color_camera", "cameras_swapped",
                 "the color and depth cameras are swapped: exchange their intrinsics and poses");

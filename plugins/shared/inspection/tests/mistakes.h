@@ -120,19 +120,9 @@ inline void turn_depth(View& view, DepthSample& sample)
 
 inline void turn_color(View& view)
 {
-    for (RasterF* edges : {&view.edges, &view.edges_before, &view.edges_after})
-        std::ranges::reverse(edges->values);
-    for (ColorSample& sample : view.colors)
-    {
-        sample.x = static_cast<float>(view.color.width) - sample.x;
-        sample.y = static_cast<float>(view.color.height) - sample.y;
-    }
-}
-
-inline void exchange_channels(View& view)
-{
-    for (ColorSample& sample : view.colors)
-        std::swap(sample.color[0], sample.color[2]);
+    std::ranges::reverse(view.edges.values);
+    for (Vec2f& pixel : view.pixels)
+        pixel = Vec2f{static_cast<float>(view.color.width), static_cast<float>(view.color.height)} - pixel;
 }
 
 inline Change intrinsics(double color_size, double depth_size, double color_focal = 1, double depth_focal = 1)
@@ -212,14 +202,6 @@ inline Change late_poses(double frames)
         });
 }
 
-/// Each frame has the color picture of the one before.
-inline void late_colors(View& view)
-{
-    view.edges_after = std::move(view.edges);
-    view.edges = std::move(view.edges_before);
-    view.edges_before = {};
-}
-
 inline void drop_depth(View& view)
 {
     depth_as_color(view);
@@ -230,8 +212,8 @@ inline void drop_depth(View& view)
 
 inline void drop_color(View& view)
 {
-    view.edges = view.edges_before = view.edges_after = {};
-    view.colors.clear();
+    view.edges = {};
+    view.pixels.clear();
 }
 
 /// Keeps the faces for which `keep(center)` holds.
@@ -364,7 +346,6 @@ inline std::vector<Case> named()
             {"depth's focal length 10 % too small", intrinsics(1, 1, 1, 0.9), {"depth_focal_length"}},
             {"both focal lengths 10 % too large", intrinsics(1, 1, 1.1, 1.1), {"focal_length"}},
             {"OpenGL axes and a focal length", both(gl, intrinsics(1, 1, 1, 1.1)), {"opengl_axes", "depth_focal_length"}},
-            {"red and blue exchanged", on_views(exchange_channels), {"red_and_blue_exchanged"}},
             {"depth registered to color", register_depth, {"depth_by_color_camera"}}};
 }
 
@@ -397,11 +378,10 @@ inline std::vector<Case> named_without_mesh()
     {
         const auto says = [&](const char* word)
         { return one.name.find(word) != std::string::npos || one.causes.front().find(word) != std::string::npos; };
-        if (!says("mesh") && !says("world") && !says("inside") && !says("color") && !says("exchanged") && !says("swapped"))
+        if (!says("mesh") && !says("world") && !says("inside") && !says("color") && !says("swapped"))
             cases.push_back(std::move(one));
     }
     cases.push_back({"poses a third of a frame late", late_poses(1.0 / 3), {"pose_lag"}});
-    cases.push_back({"color pictures of the frame before", on_views(late_colors), {"color_lag"}});
     return cases;
 }
 

@@ -45,8 +45,6 @@ struct Diagnosis
     Assumption assumption;
     CameraChange color_change;
     bool color_by_depth_camera = false;  ///< Color pictures fit the depth camera, not the color camera.
-    bool channels_exchanged = false;     ///< Red and blue.
-    int color_lag_frames = 0;            ///< A depth picture fits the color picture so many frames later.
 
     std::size_t depths = 0;          ///< Number of depth samples compared.
     std::size_t outline_points = 0;  ///< Number of points compared with the color pictures' edges.

@@ -80,14 +80,6 @@ inline constexpr double color_focal_reach = 0.3;
 /// The strongest response: focal lengths up to 35 % off, shifts up to 4 % of the picture. Throws Canceled.
 CameraChange best_change(const std::vector<EdgeView>& views, const Progress& progress);
 
-/// A pixel of a color picture.
-struct ColorSample
-{
-    float x = 0;  ///< Pixel coordinates.
-    float y = 0;
-    Rgb8 color{};
-};
-
 /// A frame as the diagnosis sees it.
 struct View
 {
@@ -97,9 +89,7 @@ struct View
     std::vector<DepthSample> silhouette;  ///< Silhouette of the depth picture, in its pixels.
     Intrinsics color;                     ///< At the size of `edges`.
     RasterF edges;                        ///< edge_strength; empty if the frame has no color picture.
-    RasterF edges_before;                 ///< Edges of the color picture before it in the sequence …
-    RasterF edges_after;                  ///< … and of the next one; empty without depth, which they are compared with.
-    std::vector<ColorSample> colors;      ///< On a grid over the picture, of the size of `edges`.
+    std::vector<Vec2f> pixels;            ///< A grid over the color picture, of the size of `edges`.
 };
 
 /// The camera for a picture of another height; the width follows.
@@ -121,8 +111,8 @@ struct Chosen
 std::vector<Chosen> chosen_frames(const Frames& frames, std::size_t count, bool with_mesh, const DepthReader& depth);
 
 /// The frame: depths on a grid of 40 columns, silhouettes and edges at a height of 120 px, at which a tenth of a focal length
-/// moves them by four pixels and a color camera that is not synchronized by one or two. Throws as check_camera, load_color and
-/// `depth` do. Thread-safe if `depth` is. `images`: decodes color pictures.
+/// moves them by four pixels. Throws as check_camera, load_color and `depth` do. Thread-safe if `depth` is. `images`: decodes
+/// color pictures.
 View view_of(const Frames& frames, const Chosen& chosen, const DepthReader& depth, const ImageIo* images, bool with_color = true);
 
 }  // namespace fresco::inspect

@@ -4,6 +4,7 @@
 
 #include <fresco/error.h>
 #include <fresco/files_io.h>
+#include <fresco/text.h>
 #include <fresco/texturing/texture_pictures.h>
 #include <fresco/wording.h>
 
@@ -43,8 +44,8 @@ fresco::Vec3f linear_color(const std::array<double, 3>& displayed)
 class MaterialReader
 {
   public:
-    MaterialReader(const fs::path& file, const MeshMaterials& named, bool is_strict, FileModel& model)
-        : file_(file), folder_(file, model), named_(named), is_strict_(is_strict), model_(model)
+    MaterialReader(const fs::path& file, const MeshMaterials& named, FileModel& model)
+        : file_(file), folder_(file, model), named_(named), model_(model)
     {
     }
 
@@ -112,18 +113,16 @@ class MaterialReader
         return fmt::format("{}:{}: {}", file_.string(), name.line, keyword);
     }
 
-    /// ModelFolder::find. Without the file: an error if strict, else none and a warning that ends in `otherwise`.
+    /// ModelFolder::find. Without the file: none, and a warning that ends in `otherwise`.
     std::optional<fs::path> found(std::string_view name, const std::string& place, std::string_view otherwise,
                                   const fs::path& folder = {})
     {
         try
         {
-            return folder_.find(name, place, is_strict_ ? shape_only : otherwise, folder);
+            return folder_.find(name, place, otherwise, folder);
         }
         catch (const fresco::MissingInput& error)
         {
-            if (is_strict_)
-                throw;
             model_.warnings.emplace_back(error.what());
             return std::nullopt;
         }
@@ -136,13 +135,9 @@ class MaterialReader
         std::vector<std::string> names;
         if (folder_.has(library.name))
             return {library.name};
-        for (std::size_t at = 0; at < library.name.size() && names.size() < most_names;)
-        {
-            const std::size_t end = std::min(library.name.find_first_of(" \t", at), library.name.size());
-            if (end > at)
-                names.push_back(library.name.substr(at, end - at));
-            at = end + 1;
-        }
+        fresco::Words words(library.name);
+        for (auto name = words.next(); !name.empty() && names.size() < most_names; name = words.next())
+            names.emplace_back(name);
         const bool is_list = names.size() > 1 && std::ranges::any_of(names, [&](const auto& name) { return folder_.has(name); });
         return is_list ? names : std::vector<std::string>{library.name};
     }
@@ -178,8 +173,6 @@ class MaterialReader
         const std::string problem =
             fmt::format("{}: no file that mtllib names has \"newmtl {}\"{}; export the OBJ with its materials",
                         place_of(undefined[0], "usemtl"), undefined[0].name, more);
-        if (is_strict_)
-            throw fresco::Error(problem + std::string(shape_only));
         model_.warnings.push_back(problem + ": until then they are white");
     }
 
@@ -322,7 +315,6 @@ class MaterialReader
     const fs::path& file_;
     fresco::recordings::ModelFolder folder_;
     const MeshMaterials& named_;
-    bool is_strict_;
     FileModel& model_;
     std::map<std::string, std::pair<MtlMaterial, fs::path>> materials_;
     std::map<std::pair<std::uint32_t, int>, std::uint32_t> numbers_;  ///< The materials, by name and tile.
@@ -418,7 +410,7 @@ std::vector<std::byte> without_profile(std::vector<std::byte> picture)
     return picture;
 }
 
-FileModel read_file_model(const fs::path& file, bool with_materials, bool is_strict)
+FileModel read_file_model(const fs::path& file, bool with_materials)
 {
     const std::string extension = fresco::lower_extension(file);
     if (extension == ".glb" || extension == ".gltf")
@@ -431,7 +423,7 @@ FileModel read_file_model(const fs::path& file, bool with_materials, bool is_str
     number_objects(named, model);
     if (with_materials)
     {
-        MaterialReader reader(file, named, is_strict, model);
+        MaterialReader reader(file, named, model);
         extension == ".obj" ? reader.read_obj() : reader.read_ply();
     }
     else

@@ -53,9 +53,9 @@ struct FileModel : fresco::recordings::FileNotes
 };
 
 /// Reads PLY, OBJ, GLB or glTF by the extension. Without materials: the shape, texcoords and vertex colors, and one material.
-/// Opens nothing outside of the file's folder. A material or picture that an OBJ or PLY names and that is missing gives a warning
-/// unless `is_strict`. Throws MissingInput and Error, naming the file and the line, byte or entry.
-FileModel read_file_model(const std::filesystem::path& file, bool with_materials, bool is_strict = false);
+/// Opens nothing outside of the file's folder. A material or picture that an OBJ or PLY names and that is missing gives a
+/// warning. Throws MissingInput and Error, naming the file and the line, byte or entry.
+FileModel read_file_model(const std::filesystem::path& file, bool with_materials);
 
 /// Numbers the objects that a file names.
 class ObjectNumbers

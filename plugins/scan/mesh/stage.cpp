@@ -27,9 +27,9 @@ class ScanMesh final : public fresco::Stage
     fresco::Option<std::vector<double>> transform{
         this, "transform", std::vector<double>{},
         "Rigid 4x4 transform after unit_m and axes: 16 numbers, row by row, in meters; empty: none"};
-    fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "strict", "skip"}),
-                                          "read: go on without missing materials and pictures, with warnings; strict: refuse "
-                                          "the model; skip: ignore all that the file names"};
+    fresco::Option<std::string> materials{this, "materials", "read", fresco::one_of({"read", "skip"}),
+                                          "read: go on without missing materials and pictures, with warnings; skip: ignore "
+                                          "all that the file names"};
     fresco::Slot<fresco::ImageIo> images{this, fresco::optional, "Checks the pictures of a model; none: no check"};
 
     fresco::Input<fresco::Frames> frames{this, "frames", fresco::optional,
@@ -95,7 +95,7 @@ class ScanMesh final : public fresco::Stage
     scan_mesh::FileModel read_model(fresco::RunContext& run) const
     {
         const auto read = [&](const std::filesystem::path& file)
-        { return scan_mesh::read_file_model(file, *materials != "skip", *materials == "strict"); };
+        { return scan_mesh::read_file_model(file, *materials != "skip"); };
         const auto extensions = scan_mesh::blender_format().extensions;
         if (std::ranges::find(extensions, fresco::lower_extension(path->path)) == extensions.end())
             return read(path->path);

@@ -135,8 +135,6 @@ Value Port::describe() const
     Value description = Value::Map{{"name", name_}, {"artifact", type_.name}, {"version", type_.version}};
     if (const auto forms = type_.form_names(); !forms.empty())
         description.set("as", Value::List(forms.begin(), forms.end()));
-    if (!type_.parts_file.empty())
-        description.set("parts_file", type_.parts_file);
     if (optional_)
         description.set("optional", true);
     description.set("help", help_);

@@ -68,24 +68,20 @@ std::vector<std::vector<std::size_t>> StageGraph::cycles() const
     return result;
 }
 
-std::vector<std::size_t> StageGraph::order(const std::vector<std::size_t>& early) const
+std::vector<std::size_t> StageGraph::order() const
 {
-    std::vector<bool> is_late(size(), true);
-    for (const std::size_t node : early)
-        for (const std::size_t needed : ancestors(node))
-            is_late[needed] = false;
     std::vector<std::size_t> missing(size());
-    std::set<std::pair<bool, std::size_t>> ready;
+    std::set<std::size_t> ready;
     for (std::size_t node = 0; node < size(); ++node)
         if ((missing[node] = needs_[node].size()) == 0)
-            ready.emplace(is_late[node], node);
+            ready.insert(node);
     std::vector<std::size_t> result;
     while (!ready.empty())
     {
-        const std::size_t node = result.emplace_back(ready.extract(ready.begin()).value().second);
+        const std::size_t node = result.emplace_back(ready.extract(ready.begin()).value());
         for (const std::size_t next : needed_by_[node])
             if (--missing[next] == 0)
-                ready.emplace(is_late[next], next);
+                ready.insert(next);
     }
     return result;
 }

@@ -28,9 +28,8 @@ class StageGraph
     /// A cycle through the lowest node of every group of nodes that reach one another: each begins with that node and goes along
     /// the edges. Empty: the graph has no cycle.
     std::vector<std::vector<std::size_t>> cycles() const;
-    /// Every node after what it needs: first `early` ones with all that they need, then the others, both in ascending order where
-    /// they can be. Without the nodes that are on a cycle or behind one.
-    std::vector<std::size_t> order(const std::vector<std::size_t>& early = {}) const;
+    /// Every node after what it needs, in ascending order where they can be. Without the nodes that are on a cycle or behind one.
+    std::vector<std::size_t> order() const;
 
   private:
     std::vector<std::set<std::size_t>> needs_;

@@ -80,18 +80,6 @@ struct CombinationDraft
     std::vector<std::vector<Wire>> wires{};  ///< Per stage; only from stages, by their names in the file.
 };
 
-/// Stages that make parts for which others have rules: they run early, since only then is it known whether the rules fit.
-std::vector<std::size_t> makers_of_ruled_parts(const std::vector<StageDraft>& stages)
-{
-    std::vector<std::size_t> makers;
-    for (const StageDraft& stage : stages)
-        for (const StageDraft::PartUse& use : stage.part_uses)
-            if (const auto wire = std::ranges::find(stage.wires, use.port, &Wire::port); wire != stage.wires.end())
-                if (const auto maker = std::ranges::find(stages, wire->from_stage, &StageDraft::name); maker != stages.end())
-                    makers.push_back(static_cast<std::size_t>(maker - stages.begin()));
-    return makers;
-}
-
 /// Makes one pipeline of a matrix's combinations; without a matrix there is one, which has no values. A stage depends on the axes
 /// whose vars it names, directly or through other vars, and on those of the stages it reads; it is there once for each
 /// combination of their values, and is named and placed by these. It is checked once for each combination of the values that it
@@ -310,7 +298,7 @@ class SweepBuilder
         std::vector<StageDraft> stages = each(cell.stages, [&](std::size_t stage) { return stages_[stage].draft; });
         ProblemList problems;
         wire_stages(stages, document_.dropped, problems);
-        cell.order = check_graph(stages, problems).order(makers_of_ruled_parts(stages));
+        cell.order = check_graph(stages, problems).order();
         for (StageDraft& stage : stages)
         {
             std::erase_if(stage.wires, [](const Wire& wire) { return wire.from_stage.empty(); });

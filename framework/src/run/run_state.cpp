@@ -7,10 +7,6 @@
 #include "run/exports.h"
 #include "run/result_key.h"
 #include <fresco/error.h>
-#include <fresco/files_io.h>
-#include <fresco/option_declaration.h>
-#include <fresco/part_names.h>
-#include <fresco/wording.h>
 
 #include <algorithm>
 #include <array>
@@ -55,14 +51,6 @@ void look_at_checkpoint(StageNode& node, const Store& store)
     }
     if (!node.begins_again.empty())
         node.done_share = 0;
-}
-
-/// Names of a file's parts; none if it cannot be read, which its reader reports.
-std::vector<std::string> names_of_parts(const std::filesystem::path& file)
-{
-    const auto read = [&]
-    { return each(parse_json(read_text_file(file), file.string()).at("names").as_list(), &Value::as_string); };
-    return attempt(read).value_or(std::vector<std::string>{});
 }
 
 }  // namespace
@@ -115,36 +103,6 @@ void RunState::resolve(StageNode& node)
     node.present = node.result && store_.present(*node.result);
 }
 
-/// Problem of rules for the parts of an existing artifact; empty: none.
-std::string RunState::wrong_rules(const StageNode& node) const
-{
-    const PipelineStage& stage = *node.stage;
-    for (const Value& option : stage.type->declaration.at("options").as_list())
-    {
-        const Value* form = option.find("rule");
-        if (form == nullptr)
-            continue;
-        const auto& inputs = stage.type->declaration.at("inputs").as_list();
-        const auto input =
-            std::ranges::find_if(inputs, [&](const Value& each) { return each.at("name") == form->at("parts_of"); });
-        const auto wire = std::ranges::find(stage.wires, form->at("parts_of").as_string(), &Wire::port);
-        const Value* file = input == inputs.end() ? nullptr : input->find("parts_file");
-        if (wire == stage.wires.end() || file == nullptr)
-            continue;
-        const auto maker = std::ranges::find(node.producers, wire->from_stage,
-                                             [&](std::size_t producer) { return nodes_[producer].stage->name; });
-        if (maker == node.producers.end() || !nodes_[*maker].present)
-            continue;
-        const std::vector<std::string> parts =
-            names_for_rules(names_of_parts(store_.object(nodes_[*maker].result->object) / wire->from_port / file->as_string()));
-        const std::string& name = option.at("name").as_string();
-        for (const auto& [part, rule] : stage.options->at(name).as_map())
-            if (!parts.empty() && part != other_parts && std::ranges::find(parts, part) == parts.end())
-                return "option '" + name + "': stage " + wire->from_stage + " made no '" + part + "'" + suggestion(part, parts);
-    }
-    return "";
-}
-
 void RunState::set_state(StageNode& node)
 {
     if (!node.selected)
@@ -156,9 +114,6 @@ void RunState::set_state(StageNode& node)
     try
     {
         resolve(node);
-        if (!node.present)
-            node.error = wrong_rules(node);
-        node.error_code = worker_failed;
     }
     catch (const MissingInput& error)
     {

@@ -107,7 +107,6 @@ class RunState
 
     void settle();
     void ask_for(std::size_t place);
-    std::string wrong_rules(const StageNode& node) const;
     void set_state(StageNode& node);
     void show(std::size_t place);
     void resolve(StageNode& node);

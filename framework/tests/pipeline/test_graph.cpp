@@ -16,7 +16,6 @@ TEST_CASE("The order keeps the file's where it can", "[graph]")
     graph.add_edge(2, 4);
     graph.add_edge(2, 4);
     CHECK(graph.order() == Nodes{1, 3, 0, 2, 4});
-    CHECK(graph.order({4}) == Nodes{3, 0, 2, 4, 1});
 }
 
 TEST_CASE("Every group of nodes on a cycle is named by one", "[graph]")
@@ -61,7 +60,7 @@ TEST_CASE("Order and reach agree with an obvious twin on random graphs", "[graph
         for (const Nodes& cycle : cycles)
             for (std::size_t i = 0; i < cycle.size(); ++i)
                 CHECK(edges[cycle[i]][cycle[(i + 1) % cycle.size()]]);
-        const Nodes order = round % 2 == 0 ? graph.order() : graph.order({random() % count});
+        const Nodes order = graph.order();
         CHECK((order.size() == count) == !cyclic);
         for (std::size_t a = 0; a < order.size(); ++a)
             for (std::size_t b = a; b < order.size(); ++b)

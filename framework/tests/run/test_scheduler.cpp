@@ -78,30 +78,6 @@ TEST_CASE("Each stage of a diamond runs once, all ends are reached, branches run
     }
 }
 
-TEST_CASE("Rules for parts that a stage turns out not to make are refused before anything else runs")
-{
-    RoomPlace place(R"(version: 1
-vars: {name: flor}
-stages:
-  dark:  {type: test.source, value: 7, log: log}
-  rules: {type: test.rules, input: {parts: parts, dark: dark}, rules: {"*": dark, floor: dark}, log: log}
-  sum:   {type: test.sink, input: rules, path: rules.txt, log: log}
-  parts: {type: test.parts, name: "${name}", log: log}
-)");
-    const Finished first = place.run({"run", "room.yaml", "--cores", "1", "--json-log"}, 1);
-    CHECK(place.log() == Words{"parts"});
-    CHECK(outcomes(first)["dark"] == "not needed");
-    CHECK(outcomes(first)["sum"] == "not run");
-    CHECK(contains(place.run({"plan", "room.yaml"}).out, "made no 'floor'"));
-    CHECK(contains(place.run({"run", "room.yaml"}).err, "room.yaml:5:3: error: stage rules (test.rules): option 'rules': stage "
-                                                        "parts made no 'floor' (did you mean 'flor'?)"));
-    place.clear_log();
-    place.make({"--set", "name=floor", "--cores", "1"});
-    CHECK(place.log() == Words{"parts", "source", "rules", "sink rules.txt"});
-    // A part within others has the names of all.
-    place.make({"--set", "name=house/floor", "--cores", "1"});
-}
-
 TEST_CASE("Stages side by side are expected to need no more memory together than there is")
 {
     // test.source declares 30 MB, and a little less is measured.

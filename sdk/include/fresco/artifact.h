@@ -40,10 +40,6 @@ struct ArtifactFolder
 ///   void write_exchange(const Exchange&) const override;            // where a form is not what save writes
 ///   static std::shared_ptr<T> from_exchange(const Exchange&);       // where it is not what load reads; throws Error
 /// \endcode
-/// A type whose values have named parts, for which stages have rules (fresco::RuleForm), says which of its files lists them:
-/// \code
-///   static constexpr std::string_view parts_file = "regions.json";  // JSON, the names in its list `names`
-/// \endcode
 /// Files of other results are named by reference_to. What is large stays on disk: the value is then a handle that reads piece by
 /// piece. Consumers share one value and must not change it. `save` is defined in a source file of the one shared library that has
 /// the type: its type information is made there.
@@ -95,7 +91,6 @@ struct ArtifactType
 {
     std::string name;
     int version = 1;
-    std::string parts_file;           ///< T::parts_file; empty where values have no named parts.
     std::vector<ExchangeForm> forms;  ///< The default first.
     std::shared_ptr<const Artifact> (*load)(const ArtifactFolder&) = nullptr;
     std::shared_ptr<const Artifact> (*from_exchange)(const Exchange&) = nullptr;
@@ -126,14 +121,6 @@ const ArtifactType* register_artifact_type(ArtifactType type);
 void check_exchange_files(const std::vector<ExchangeForm>& forms, const Exchange& from);
 
 template <class T>
-std::string parts_file_of()
-{
-    if constexpr (requires { T::parts_file; })
-        return std::string(T::parts_file);
-    return {};
-}
-
-template <class T>
 std::shared_ptr<const Artifact> taken_from_exchange(const Exchange& from)
 {
     check_exchange_files(T::exchange_forms(), from);
@@ -146,7 +133,7 @@ std::shared_ptr<const Artifact> taken_from_exchange(const Exchange& from)
 
 template <class T>
 const ArtifactType& RegisteredArtifact<T>::type = *detail::register_artifact_type(
-    {std::string(T::artifact_name), T::artifact_version, detail::parts_file_of<T>(), T::exchange_forms(),
+    {std::string(T::artifact_name), T::artifact_version, T::exchange_forms(),
      [](const ArtifactFolder& folder) -> std::shared_ptr<const Artifact> { return T::load(folder); },
      detail::taken_from_exchange<T>});
 

@@ -17,7 +17,6 @@ struct Regions : Artifact
 {
     static constexpr std::string_view artifact_name = "regions";
     static constexpr int artifact_version = 1;
-    static constexpr std::string_view parts_file = "regions.json";
 
     std::string atlas;                         ///< The atlas_id of the mesh.
     std::vector<std::string> names;            ///< Each once, none empty.

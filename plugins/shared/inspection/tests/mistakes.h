@@ -406,11 +406,6 @@ inline std::vector<Case> right()
     std::vector<Case> all = right_frames();
     const Change left_half = crop({0, 0, 0}, {0.5F, 1, 1});
     const auto striped = [](Vec3f p) { return std::sin(3 * (p.x + p.y + p.z)) > -0.3F; };
-    const auto bluish = [](Looked& looked)
-    {
-        for (Rgb8& color : looked.mesh.colors)
-            color[2] = static_cast<std::uint8_t>(std::min(255, color[2] + 70));
-    };
     all.insert(all.end(), {{"the left half", left_half},
                            {"the floor", crop({0, 0, 0}, {1, 1, 0.1F})},
                            {"a small object", crop({0.4F, 0.35F, 0.2F}, {0.6F, 0.65F, 0.5F})},
@@ -418,8 +413,6 @@ inline std::vector<Case> right()
                            {"drifting poses", add_pose_noise},
                            {"three frames of a part", both(keep_views(3), left_half)},
                            {"no depth, the left half", both(on_views(drop_depth), left_half)},
-                           {"a mesh without colors", [](Looked& looked) { looked.mesh.colors.clear(); }},
-                           {"a mesh of another white balance", bluish},
                            {"a board that was carried off", add_board},
                            {"one camera, the left half", both(one_camera_recording(), left_half)},
                            {"poses 0.15 frames late", late_poses(0.15)}});

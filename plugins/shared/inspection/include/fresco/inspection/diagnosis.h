@@ -58,8 +58,8 @@ inline constexpr double hardly_in_front = 0.05;
 
 /// Compares depths with the mesh where their rays meet it and searches for mistakes by explain_depths(). The color camera is
 /// compared with the silhouettes of the depth pictures, without mesh and poses. Without depth, the mesh's own silhouettes replace
-/// both. Red and blue are compared with the colors of the mesh, if it has any. A mistake is reported only if it explains the
-/// recording clearly better than the recorded values. The same for any number of threads. Throws Canceled.
+/// both. A mistake is reported only if it explains the recording clearly better than the recorded values. The same for any number
+/// of threads. Throws Canceled.
 ///
 /// Without a scene, the depths of each group of views are compared with each other.
 Diagnosis diagnose(const raycast::Scene* scene, const std::vector<View>& views, const Progress& progress);

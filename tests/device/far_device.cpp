@@ -11,6 +11,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <regex>
@@ -26,11 +28,28 @@ constexpr auto far_type = c10::DeviceType::PrivateUse1;
 
 std::mutex traffic_mutex;
 FarTraffic traffic;
+std::intptr_t moment = 0;  ///< Rises with every operator and event.
+
+/// A copy to the processor that it does not wait for: it is there when an event that was recorded later has come.
+struct LateCopy
+{
+    std::intptr_t sent;
+    at::Tensor from;
+    at::Tensor to;
+};
+std::vector<LateCopy> late_copies;
 
 void count_wait(const std::string& name)
 {
     const std::lock_guard lock(traffic_mutex);
     ++traffic.waits[name];
+}
+
+void count_launch(const std::string& name)
+{
+    const std::lock_guard lock(traffic_mutex);
+    ++traffic.launches[name];
+    ++moment;
 }
 
 /// Memory mapped twice: the addresses of the device's tensors cannot be read or written.
@@ -239,8 +258,7 @@ class Call
         const bool is_view = !returns.empty() && returns[0].alias_info() != nullptr && !returns[0].alias_info()->isWrite();
         if (!far_seen_ || is_view || name == "aten::_reshape_alias" || name == "aten::resize_" || name.starts_with("aten::empty"))
             return;
-        const std::lock_guard lock(traffic_mutex);
-        ++traffic.launches[name];
+        count_launch(name);
     }
 
     const c10::OperatorHandle& op_;
@@ -284,9 +302,13 @@ at::Tensor empty(at::IntArrayRef sizes, c10::optional<at::ScalarType> type, c10:
 at::Tensor copy_from(const at::Tensor& from, const at::Tensor& to, bool non_blocking)
 {
     if (is_far(from) || is_far(to))
+        count_launch("copy");
+    if (!is_far(to) && non_blocking && at::isFloatingType(to.scalar_type()))
     {
+        to.fill_(std::numeric_limits<double>::quiet_NaN());
         const std::lock_guard lock(traffic_mutex);
-        ++traffic.launches["copy"];
+        late_copies.push_back({moment, near_view(from).clone(), to});
+        return to;
     }
     if (!is_far(to))
         count_wait("copy to the processor");
@@ -320,10 +342,28 @@ class Guard final : public c10::impl::DeviceGuardImplInterface
     c10::DeviceIndex deviceCount() const noexcept override { return 1; }
     void record(void** event, const c10::Stream&, const c10::DeviceIndex, const c10::EventFlag) const override
     {
-        static char some_event = 0;
-        *event = &some_event;
         const std::lock_guard lock(traffic_mutex);
+        *event = reinterpret_cast<void*>(++moment);
         ++traffic.events_recorded;
+    }
+    /// Waits until it has come.
+    bool queryEvent(void* event) const override
+    {
+        std::vector<LateCopy> arrived;
+        {
+            const std::lock_guard lock(traffic_mutex);
+            ++traffic.events_awaited;
+            // Without anything that was sent since, the device would run out of work.
+            if (reinterpret_cast<std::intptr_t>(event) == moment)
+                ++traffic.waits["event"];
+            const auto later = std::ranges::partition(late_copies, [&](const LateCopy& copy)
+                                                      { return copy.sent > reinterpret_cast<std::intptr_t>(event); });
+            arrived.assign(later.begin(), later.end());
+            late_copies.erase(later.begin(), later.end());
+        }
+        for (const auto& copy : arrived)
+            copy.to.copy_(copy.from);
+        return true;
     }
     void block(void* event, const c10::Stream&) const override
     {
@@ -365,6 +405,15 @@ TORCH_LIBRARY_IMPL(aten, PrivateUse1, library)
     library.impl("_copy_from", TORCH_FN(copy_from));
     library.impl("convolution_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution>());
     library.impl("convolution_backward_overrideable", torch::CppFunction::makeFromBoxedFunction<&convolution_backward>());
+}
+
+/// As with CUDA, operators on lists of tensors are one each.
+TORCH_LIBRARY_IMPL(aten, PrivateUse1, library)
+{
+    for (const auto& op : c10::Dispatcher::singleton().getAllOpNames())
+        if (op.name.starts_with("aten::_foreach_"))
+            library.impl((op.name.substr(6) + (op.overload_name.empty() ? "" : "." + op.overload_name)).c_str(),
+                         torch::CppFunction::makeFromBoxedFunction<&on_the_processor>());
 }
 
 TORCH_LIBRARY_IMPL(_, PrivateUse1, library)

@@ -38,7 +38,7 @@ std::vector<torch::Tensor> rescaling_pictures(const fresco::PrepareContext& cont
     return pictures;
 }
 
-class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::PartialFeatures
+class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::PartialFeatures, public fresco::SheetFeatures
 {
     fresco::Option<fresco::InputFile> weights{this, "weights", fresco::required, fresco::formats(fresco::weights::file_formats()),
                                               "Weights of VGG-19, or its state dict; may end at any layer"};
@@ -82,6 +82,16 @@ class FeaturesVgg19 final : public fresco::FeatureNetwork, public fresco::Partia
                                              const fresco::ReadPixels& read) const override
     {
         return encode(picture, names, &read);
+    }
+
+    bool takes_sheets() const override { return network_.takes_sheets(); }
+
+    std::vector<torch::Tensor> encode_sheet(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                            const fresco::Sheet& sheet) const override
+    {
+        for (const auto& name : names)
+            layer(name);
+        return network_.encode_sheet(picture, names, sheet);
     }
 
   private:

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace vgg19
@@ -194,12 +195,17 @@ void Vgg19::get_ready()
     // The CPU has its own encoder.
     if (!tf32_ && convolutions_.front().weights.device().is_cpu())
         return;
+    std::vector<Filters> ready;
     for (std::size_t number = 0; number < convolutions_.size(); ++number)
-        ready_.push_back(filters(number, convolutions_[number].weights.options().dtype(at::kFloat)));
+        ready.push_back(filters(number, convolutions_[number].weights.options().dtype(at::kFloat)));
+    ready_ = std::move(ready);
 }
 
 Vgg19::Filters Vgg19::filters(std::size_t number, const torch::TensorOptions& options) const
 {
+    if (!ready_.empty() && ready_[number].weights.device() == options.device() &&
+        ready_[number].weights.scalar_type() == c10::typeMetaToScalarType(options.dtype()))
+        return ready_[number];
     const auto& convolution = convolutions_[number];
     const auto weights = convolution.weights.to(options);
     return {laid_out(weights), laid_out(turned(weights)), convolution.bias.to(options)};
@@ -281,10 +287,146 @@ torch::Tensor Vgg19::responses(std::size_t number, const torch::Tensor& input) c
         return input.new_empty({1, convolutions_[number].weights.size(0), input.size(2), input.size(3)});
     const bool reflect = input_.padding == Vgg19Padding::reflect;
     const auto bordered = reflect ? Reflected::apply(input) : input;
-    const bool is_ready = !ready_.empty() && ready_[number].weights.device() == input.device() &&
-                          ready_[number].weights.scalar_type() == input.scalar_type();
-    const auto with = is_ready ? ready_[number] : filters(number, input.options());
+    const auto with = filters(number, input.options());
     return Rectified::apply(bordered, with.weights, with.turned, with.bias, reflect ? 0 : 1, tf32_);
+}
+
+namespace
+{
+
+/// Maps of 1 x C x H x W as C x (H W), in the same memory.
+torch::Tensor columns_of(const torch::Tensor& maps)
+{
+    return maps.squeeze(0).flatten(1);
+}
+
+void clear(const torch::Tensor& maps, const torch::Tensor& cells)
+{
+    columns_of(maps).index_fill_(1, cells, 0);
+}
+
+}  // namespace
+
+/// A sheet on its way through the network, and what the way back needs of it.
+struct Vgg19::SheetTape : torch::CustomClassHolder
+{
+    struct Layer
+    {
+        Filters filters;
+        bool pooled = false;
+        torch::Tensor maps;    ///< Its responses.
+        torch::Tensor chosen;  ///< Positions that pooling took from the layer before.
+    };
+
+    std::vector<Layer> layers;
+    std::vector<std::size_t> wanted;  ///< May name a layer several times.
+    fresco::Sheet sheet;
+    InputTerms terms;  ///< 3 numbers each.
+    bool bgr = false;
+    bool tf32 = false;
+    std::array<std::int64_t, 2> size{};  ///< Height and width of the picture.
+    bool goes_back = false;
+
+    std::vector<torch::Tensor> encode(const torch::Tensor& picture)
+    {
+        const auto colors = picture.flatten(1).t().index_select(0, sheet.pixels);
+        const auto values = at::addcmul(terms.offset, bgr ? colors.flip(1) : colors, terms.factor);
+        auto maps = at::zeros({sheet.height * sheet.width, 3}, values.options())
+                        .index_copy_(0, sheet.places, values)
+                        .view({1, sheet.height, sheet.width, 3})
+                        .permute({0, 3, 1, 2});
+        std::vector<torch::Tensor> results(wanted.size());
+        int stride = 1;
+        for (std::size_t number = 0; number < layers.size(); ++number)
+        {
+            auto& layer = layers[number];
+            if (layer.pooled)
+            {
+                stride *= 2;
+                std::tie(maps, layer.chosen) = at::max_pool2d_with_indices(maps, {2, 2});
+            }
+            // Beyond a box lie zeros, as beyond a picture, in place of what spilled over. The input has no other values there.
+            if (number > 0)
+                clear(maps, sheet.borders.at(stride));
+            maps = rectified(maps, layer.filters.weights, layer.filters.bias, 1, tf32);
+            if (goes_back)
+                layer.maps = maps;
+            const auto columns = columns_of(maps);
+            for (std::size_t i = 0; i < wanted.size(); ++i)
+                if (wanted[i] == number)
+                    results[i] = columns.t().is_contiguous() ? columns.t().index_select(0, sheet.cells.at(stride)).t()
+                                                             : columns.index_select(1, sheet.cells.at(stride));
+        }
+        return results;
+    }
+
+    torch::Tensor gradient(const std::vector<torch::Tensor>& of_wanted)
+    {
+        int stride = 1;
+        for (const auto& layer : layers)
+            stride *= layer.pooled ? 2 : 1;
+        auto gradient = at::zeros_like(layers.back().maps);
+        for (std::size_t number = layers.size(); number-- > 0;)
+        {
+            auto& layer = layers[number];
+            for (std::size_t i = 0; i < wanted.size(); ++i)
+                if (wanted[i] == number && of_wanted[i].defined())
+                    columns_of(gradient).index_add_(1, sheet.cells.at(stride), of_wanted[i]);
+            gradient = at::threshold_backward(gradient, layer.maps, 0);
+            gradient = convolved(gradient, layer.filters.turned, {}, 1, tf32);
+            layer.maps.reset();
+            if (!layer.pooled)
+                continue;
+            // Else the pixels of an odd last row or column, which pooling leaves out, would take what spilled over.
+            clear(gradient, sheet.borders.at(stride));
+            gradient = at::max_pool2d_with_indices_backward(gradient, layers[number - 1].maps, {2, 2}, {2, 2}, {0, 0}, {1, 1},
+                                                            false, layer.chosen);
+            stride /= 2;
+        }
+        const auto values = columns_of(gradient).t().index_select(0, sheet.places);
+        const auto colors = (bgr ? values.flip(1) : values) * terms.factor;
+        return at::zeros({size[0] * size[1], 3}, colors.options())
+            .index_add_(0, sheet.pixels, colors)
+            .t()
+            .view({3, size[0], size[1]});
+    }
+};
+
+struct Vgg19::SheetFunction : torch::autograd::Function<SheetFunction>
+{
+    static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& picture,
+                                                  const c10::intrusive_ptr<SheetTape>& tape)
+    {
+        context->set_materialize_grads(false);
+        context->saved_data["tape"] = torch::IValue::make_capsule(tape);
+        return tape->encode(picture);
+    }
+
+    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
+                                                   const torch::autograd::variable_list& gradients)
+    {
+        return {static_cast<SheetTape&>(*context->saved_data["tape"].toCapsule()).gradient(gradients), torch::Tensor()};
+    }
+};
+
+std::vector<torch::Tensor> Vgg19::encode_sheet(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                               const fresco::Sheet& sheet) const
+{
+    auto tape = c10::make_intrusive<SheetTape>();
+    for (const auto& name : names)
+        for (std::size_t number = 0; number < convolutions_.size(); ++number)
+            if (convolutions_[number].layer == name)
+                tape->wanted.push_back(number);
+    for (std::size_t number = 0; number <= std::ranges::max(tape->wanted); ++number)
+        tape->layers.push_back({filters(number, picture.options()), convolutions_[number].pooled, {}, {}});
+    const auto& terms = picture.scalar_type() == at::kFloat ? input_terms_ : exact_input_terms_;
+    tape->terms = {terms.factor.to(picture.options()).flatten(), terms.offset.to(picture.options()).flatten()};
+    tape->sheet = sheet;
+    tape->bgr = input_.bgr;
+    tape->tf32 = tf32_;
+    tape->size = {picture.size(1), picture.size(2)};
+    tape->goes_back = at::GradMode::is_enabled() && picture.requires_grad();
+    return SheetFunction::apply(picture, tape);
 }
 
 namespace

@@ -37,6 +37,10 @@ class Vgg19
                                       const fresco::ReadPixels* read = nullptr) const;
     /// encode() by libtorch's convolutions, on any device and in float64 too.
     std::vector<torch::Tensor> encode_generally(const torch::Tensor& picture, const std::vector<std::string>& names) const;
+    /// \see fresco::SheetFeatures. On any device, by libtorch's convolutions.
+    bool takes_sheets() const { return input_.padding == fresco::weights::Vgg19Padding::zero; }
+    std::vector<torch::Tensor> encode_sheet(const torch::Tensor& picture, const std::vector<std::string>& names,
+                                            const fresco::Sheet& sheet) const;
     /// Call it before encode, which takes weights that are elsewhere over each time.
     void move_to(const torch::Device& device);
     /// Whether encode_generally rounds the factors of float32 products to ten bits behind the point (TensorFloat-32, on CUDA
@@ -46,6 +50,8 @@ class Vgg19
     const std::vector<Convolution>& convolutions() const { return convolutions_; }
 
   private:
+    struct SheetTape;
+    struct SheetFunction;
     torch::Tensor network_input(const torch::Tensor& picture) const;
     /// Rectified responses of layer `number` to maps of 1 x C x H x W.
     torch::Tensor responses(std::size_t number, const torch::Tensor& maps) const;
@@ -58,6 +64,7 @@ class Vgg19
         torch::Tensor bias;
     };
     void get_ready();
+    /// Made unless they are ready.
     Filters filters(std::size_t number, const torch::TensorOptions& options) const;
 
     /// The network's input is offset + factor · picture, each 3 x 1 x 1.

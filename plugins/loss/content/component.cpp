@@ -8,10 +8,15 @@
 #include <ATen/ATen.h>
 #include <torch/version.h>
 
+#include <algorithm>
+#include <fmt/format.h>
+#include <functional>
+#include <optional>
+
 namespace
 {
 
-class LossContent final : public fresco::Loss
+class LossContent final : public fresco::Loss, public fresco::JointLoss
 {
     fresco::Slot<fresco::FeatureNetwork> features{this, "features", "features.vgg19", "Network whose features are compared"};
     fresco::Option<std::string> layers{this, "layers", "",
@@ -59,7 +64,45 @@ class LossContent final : public fresco::Loss
         return terms;
     }
 
+    std::optional<std::vector<fresco::LossTerm>> evaluate_together(fresco::Levels& levels) override
+    {
+        std::vector<fresco::LossTerm> terms;
+        for (const auto& name : names_)
+        {
+            const auto seen = levels.selected(*features, name);
+            if (seen.size(1) == 0)
+                continue;
+            const auto keep = [&](const char* what, const std::function<torch::Tensor()>& make)
+            { return levels.kept(fmt::format("{} {} {}", fmt::ptr(this), what, name), make); };
+            // The roots of the factors, so that one sum of squares is the sum over the levels.
+            const auto weights = keep("weights", [&] { return column_weights(levels, name); });
+            const auto target = keep("target", [&] { return levels.camera_selected(*features, name) * weights; });
+            const auto squares = at::mse_loss(seen * weights, target, at::Reduction::None);
+            terms.push_back({name, fresco::ordered_sum(squares), &*features});
+        }
+        return terms;
+    }
+
   private:
+    /// For each column the root of what its squares count, 1 x N.
+    torch::Tensor column_weights(fresco::Levels& levels, const std::string& name) const
+    {
+        const auto camera = levels.camera_selected(*features, name);
+        std::vector<torch::Tensor> parts;
+        std::int64_t first = 0;
+        for (const auto& level : levels.columns(*features, name))
+        {
+            const auto own = camera.narrow(1, first, level.count);
+            const auto count = static_cast<double>(std::max<std::int64_t>(1, own.numel()));
+            auto factor = at::full({1, 1}, level.share / count, camera.options());
+            if (*relative)
+                factor = factor / scale(own);
+            parts.push_back(factor.sqrt().expand({1, level.count}));
+            first += level.count;
+        }
+        return at::cat(parts, 1);
+    }
+
     /// Mean square; 1 for features that are zero everywhere.
     static torch::Tensor scale(const torch::Tensor& camera)
     {

@@ -5,8 +5,10 @@
 #include <fresco/plugin.h>
 #include <fresco/stage.h>
 #include <fresco/torch/loss.h>
+#include <fresco/torch/tensor.h>
 
 #include <ATen/core/grad_mode.h>
+#include <ATen/ops/stack.h>
 #include <ATen/ops/zeros_like.h>
 #include <torch/version.h>
 
@@ -18,7 +20,7 @@
 namespace
 {
 
-class LossGram final : public fresco::Loss
+class LossGram final : public fresco::Loss, public fresco::JointLoss
 {
     fresco::StyleOptions style{this};
     fresco::Option<bool> center{
@@ -36,6 +38,7 @@ class LossGram final : public fresco::Loss
     {
         std::optional<gram::Moments> coarse;
         std::optional<gram::Moments> fine;
+        torch::Tensor grams;  ///< Their second moments, if there is a coarse one.
     };
 
   public:
@@ -57,6 +60,9 @@ class LossGram final : public fresco::Loss
                 if (!fine || has_fine(compared_[i].name))
                     (fine ? targets_[i].fine : targets_[i].coarse) = gram::moments(features[i]);
         }
+        for (auto& [coarse, fine, grams] : targets_)
+            if (coarse)
+                grams = fine ? at::stack({coarse->second, fine->second}) : coarse->second.unsqueeze(0);
     }
 
     std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
@@ -66,7 +72,7 @@ class LossGram final : public fresco::Loss
         {
             const auto& targets = targets_[i];
             const bool apart = targets.coarse && *rule == "released";
-            if (targets.coarse && !apart && !with_mean())
+            if (is_plain())
             {
                 add_plain(terms, part, i);
                 continue;
@@ -85,11 +91,34 @@ class LossGram final : public fresco::Loss
         return terms;
     }
 
+    std::optional<std::vector<fresco::LossTerm>> evaluate_together(fresco::Levels& levels) override
+    {
+        if (!is_plain())
+            return std::nullopt;
+        std::vector<fresco::LossTerm> terms;
+        for (std::size_t i = 0; i < compared_.size(); ++i)
+        {
+            const auto& name = compared_[i].name;
+            const auto columns = levels.columns(*style.features, name);
+            const auto selected = levels.selected(*style.features, name);
+            if (selected.size(1) == 0)
+                continue;
+            const auto& weights = levels.kept(
+                fmt::format("{} weights {}", fmt::ptr(this), i),
+                [&] { return fresco::sent_to(weights_of(i, columns, selected).to(selected.scalar_type()), selected.device()); });
+            terms.push_back({name, gram::gram_distance(selected, columns, targets_[i].grams, weights), &*style.features});
+        }
+        return terms;
+    }
+
     fresco::TensorMap state() const override { return average_.state(); }
     void restore(const fresco::TensorMap& state) override { average_.restore(state); }
 
   private:
     static constexpr std::string_view type = "loss.gram";
+
+    /// Gram matrices of one view, the coarse target on all pixels together.
+    bool is_plain() const { return *style.targets != "fine" && *rule == "printed" && !with_mean(); }
 
     bool with_mean() const { return *center || *average_views_count > 1; }
 
@@ -100,17 +129,22 @@ class LossGram final : public fresco::Loss
         return *rule == "printed" || is_last(layer) || std::ranges::none_of(compared_, is_last, &fresco::StyleLayer::name);
     }
 
-    /// Adds the term of plain Gram matrices of one view, the coarse target on all pixels together.
+    torch::Tensor weights_of(std::size_t layer, const std::vector<fresco::LevelColumns>& columns,
+                             const torch::Tensor& features) const
+    {
+        const auto elements = static_cast<double>(features.size(0) * features.size(0));
+        return gram::gram_weights(columns, targets_[layer].fine.has_value(), compared_[layer].factor / elements);
+    }
+
     void add_plain(std::vector<fresco::LossTerm>& terms, fresco::Part& part, std::size_t layer)
     {
-        const auto& [name, factor] = compared_[layer];
+        const auto& name = compared_[layer].name;
         const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
         if (selected.size(1) == 0)
             return;
-        const gram::GramTargets targets{targets_[layer].coarse->second,
-                                        targets_[layer].fine ? targets_[layer].fine->second : torch::Tensor()};
-        const auto fine_count = part.fine_count(*style.features, name);
-        terms.push_back({name, gram::gram_distance(selected, fine_count, targets, factor), &*style.features});
+        const std::vector<fresco::LevelColumns> columns{{selected.size(1), part.fine_count(*style.features, name), 1}};
+        const auto weights = fresco::sent_to(weights_of(layer, columns, selected).to(selected.scalar_type()), selected.device());
+        terms.push_back({name, gram::gram_distance(selected, columns, targets_[layer].grams, weights), &*style.features});
     }
 
     /// Adds the distances of all features to the coarse target and, if there is a fine one, of the fine ones to that.

@@ -9,6 +9,7 @@
 #include <torch/csrc/autograd/custom_function.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 
 namespace gram
@@ -145,48 +146,52 @@ torch::Tensor sum_of_squares(const torch::Tensor& x)
     return x.device().is_cpu() ? fresco::ordered_sum(x * x) : at::dot(x.flatten(), x.flatten());
 }
 
-/// Adds `factor` times the features' products to `sum`.
-void add_products(const torch::Tensor& features, double factor, torch::Tensor& sum)
+/// Calls visit(first column, their number) for what is fine in each level, and for what is not.
+template <class Visit>
+void each_run(const std::vector<fresco::LevelColumns>& levels, const Visit& visit)
 {
-    if (features.device().is_cpu())
-        sum.add_(products(features), factor);
-    else
-        sum.addmm_(features, features.t(), 1, factor);
+    std::int64_t first = 0;
+    for (const auto& level : levels)
+        for (const auto count : {level.fine_count, level.count - level.fine_count})
+        {
+            if (count > 0)
+                visit(first, count);
+            first += count;
+        }
 }
 
-/// See gram_distance().
+/// See gram_distance(). With the targets and then the products of each run as the rows of B, the distance is ‖W B‖²: W holds,
+/// for each matrix that is compared, 1 for its target and -1 / N for its runs, times the root of its weight.
 struct GramDistance : torch::autograd::Function<GramDistance>
 {
     static torch::Tensor forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
-                                 std::int64_t fine_count, const GramTargets& targets, double scale)
+                                 const std::vector<fresco::LevelColumns>& levels, const torch::Tensor& targets,
+                                 const torch::Tensor& weights)
     {
-        const auto count = features.size(1);
-        const bool has_fine = fine_count > 0 && targets.fine.defined();
         const auto channels = features.size(0);
-        // The first is of all features, the second of the fine ones.
-        const auto differences = at::empty({has_fine ? 2 : 1, channels, channels}, targets.all.options());
-        auto of_all = differences[0];
-        if (fine_count > 0)
-        {
-            const auto fine_products = products(features.narrow(1, 0, fine_count));
-            at::sub_out(of_all, targets.all, fine_products, 1 / static_cast<double>(count));
-            if (has_fine)
-            {
-                auto of_fine = differences[1];
-                at::sub_out(of_fine, targets.fine, fine_products, 1 / static_cast<double>(fine_count));
-            }
-        }
+        const auto of_runs = weights.narrow(1, targets.size(0), weights.size(1) - targets.size(0));
+        const auto products_of_runs = at::empty({of_runs.size(1), channels, channels}, features.options());
+        std::vector<std::int64_t> runs;
+        each_run(levels,
+                 [&](std::int64_t first, std::int64_t count)
+                 {
+                     const auto run = features.narrow(1, first, count);
+                     auto to = products_of_runs[std::ssize(runs) / 2];
+                     if (features.device().is_cpu())
+                         to.copy_(products(run));
+                     else
+                         at::mm_out(to, run, run.t());
+                     runs.insert(runs.end(), {first, count});
+                 });
+        const auto differences = fresco::matrix_product(weights.narrow(1, 0, targets.size(0)), targets.flatten(1));
+        if (features.device().is_cpu())
+            differences.add_(fresco::matrix_product(of_runs, products_of_runs.flatten(1)));
         else
-            of_all.copy_(targets.all);
-        if (fine_count < count)
-            add_products(features.narrow(1, fine_count, count - fine_count), -1 / static_cast<double>(count), of_all);
-        const double per_element = scale / static_cast<double>(of_all.numel());
-        auto value = sum_of_squares(differences).mul_(per_element);
-        const torch::autograd::variable_list saved{features, differences};
+            differences.addmm_(of_runs, products_of_runs.flatten(1));
+        const torch::autograd::variable_list saved{features, differences, of_runs};
         context->save_for_backward(saved);
-        context->saved_data["fine_count"] = fine_count;
-        context->saved_data["per_element"] = per_element;
-        return value;
+        context->saved_data["runs"] = runs;
+        return sum_of_squares(differences);
     }
 
     static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -194,22 +199,17 @@ struct GramDistance : torch::autograd::Function<GramDistance>
     {
         const auto saved = context->get_saved_variables();
         const auto& features = saved[0];
-        const auto fine_count = context->saved_data["fine_count"].toInt();
-        const double per_element = context->saved_data["per_element"].toDouble();
-        const auto count = features.size(1);
+        const auto runs = context->saved_data["runs"].toIntVector();
+        const auto count = std::ssize(runs) / 2;
+        const auto channels = features.size(0);
         // Derivative of ‖T - F Fᵀ / N‖²; the difference is symmetric.
-        const auto slope = gradients[0] * (-4 * per_element / static_cast<double>(count));
-        const auto& differences = saved[1];
+        const auto slopes = fresco::matrix_product(saved[2].t(), saved[1] * (4 * gradients[0])).view({count, channels, channels});
         const auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
-        const auto write = [&](const torch::Tensor& factor, std::int64_t first, std::int64_t number)
-        { write_gradient(factor, {}, features.narrow(1, first, number), result.narrow(1, first, number)); };
-        const bool has_fine = differences.size(0) > 1;
-        if (fine_count < count)
-            write(differences[0] * slope, fine_count, count - fine_count);
-        if (fine_count > 0)
+        for (std::int64_t i = 0; i < count; ++i)
         {
-            const double share = static_cast<double>(count) / static_cast<double>(fine_count);
-            write(has_fine ? at::add(differences[0], differences[1], share).mul_(slope) : differences[0] * slope, 0, fine_count);
+            const auto first = runs[static_cast<std::size_t>(2 * i)];
+            const auto number = runs[static_cast<std::size_t>(2 * i + 1)];
+            write_gradient(slopes[i], {}, features.narrow(1, first, number), result.narrow(1, first, number));
         }
         return {result, torch::Tensor(), torch::Tensor(), torch::Tensor()};
     }
@@ -248,9 +248,41 @@ Moments moments(const torch::Tensor& features, bool with_mean)
     return moments_of_both(features, 0, with_mean).all;
 }
 
-torch::Tensor gram_distance(const torch::Tensor& features, std::int64_t fine_count, const GramTargets& targets, double scale)
+torch::Tensor gram_weights(const std::vector<fresco::LevelColumns>& levels, bool has_fine_target, double scale)
 {
-    return GramDistance::apply(in_rows(features), fine_count, targets, scale);
+    std::vector<std::vector<double>> rows;
+    std::size_t run = has_fine_target ? 2 : 1;
+    std::size_t columns = run;
+    each_run(levels, [&](std::int64_t, std::int64_t) { ++columns; });
+    for (const auto& level : levels)
+    {
+        const double root = std::sqrt(level.share * scale);
+        std::vector<double> all(columns);
+        std::vector<double> fine(columns);
+        all[0] = root;
+        for (const auto count : {level.fine_count, level.count - level.fine_count})
+            if (count > 0)
+                all[run++] = -root / static_cast<double>(level.count);
+        if (level.count > 0)
+            rows.push_back(all);
+        if (level.fine_count > 0 && has_fine_target)
+        {
+            fine[1] = root;
+            fine[run - (level.fine_count < level.count ? 2 : 1)] = -root / static_cast<double>(level.fine_count);
+            rows.push_back(fine);
+        }
+    }
+    const auto weights = at::empty({std::ssize(rows), static_cast<std::int64_t>(columns)}, at::kDouble);
+    double* to = weights.data_ptr<double>();
+    for (const auto& row : rows)
+        to = std::copy(row.begin(), row.end(), to);
+    return weights;
+}
+
+torch::Tensor gram_distance(const torch::Tensor& features, const std::vector<fresco::LevelColumns>& levels,
+                            const torch::Tensor& targets, const torch::Tensor& weights)
+{
+    return GramDistance::apply(in_rows(features), levels, targets, weights);
 }
 
 MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean)

@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace gram
 {
@@ -35,16 +36,16 @@ struct MomentsOfBoth
 };
 MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
 
-/// Gram matrices divided by their number of features, C x C and symmetric.
-struct GramTargets
-{
-    torch::Tensor all;
-    torch::Tensor fine;  ///< Undefined: none.
-};
+/// The factors of products in gram_distance(); float64, on the CPU. They depend only on the view: another device needs them once
+/// a visit. `scale`: factor of every squared difference.
+torch::Tensor gram_weights(const std::vector<fresco::LevelColumns>& levels, bool has_fine_target, double scale);
 
-/// `scale` times the sum of mean_square_difference() of all features' second moment and of that of the first `fine_count`, where
-/// there are any, each to its target. Differentiable. In a third of the operators.
-torch::Tensor gram_distance(const torch::Tensor& features, std::int64_t fine_count, const GramTargets& targets, double scale);
+/// Sums, over the levels with their shares, the squared differences of all features' second moment and of that of the fine ones,
+/// where there are any, each to its target. Differentiable. `features`: the levels' columns side by side, at least one.
+/// `targets`: that of all and that of the fine ones, if there is one, C x C each. `weights`: gram_weights() in the features' type
+/// and place.
+torch::Tensor gram_distance(const torch::Tensor& features, const std::vector<fresco::LevelColumns>& levels,
+                            const torch::Tensor& targets, const torch::Tensor& weights);
 
 /// second - mean·meanᵀ.
 torch::Tensor covariance(const Moments& moments);

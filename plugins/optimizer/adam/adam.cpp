@@ -142,26 +142,41 @@ void step_visible(const Block& block, const Gradient& gradient, double rate, dou
                  });
 }
 
-void step_dense(TensorBlock& block, const torch::Tensor& texels, const torch::Tensor& gradient, std::int64_t step, double rate,
-                double pull, const Constants& constants)
+void step_dense(const std::vector<TensorBlock>& blocks, const std::vector<SparseGradient>& gradients,
+                const std::vector<double>& pulls, std::int64_t step, double rate, const Constants& constants)
 {
-#if TORCH_VERSION_MAJOR >= 2
-    // In one pass over the texels instead of twenty.
-    if (block.values.is_cuda())
+    std::vector<torch::Tensor> values;
+    std::vector<torch::Tensor> firsts;
+    std::vector<torch::Tensor> seconds;
+    for (const auto& block : blocks)
     {
-        const auto dense = at::zeros_like(block.values).index_copy_(0, texels, gradient);
-        const auto steps = at::full({}, static_cast<double>(step), block.values.options());
-        at::_fused_adam_({block.values}, {dense}, {block.first}, {block.second}, {}, {steps}, rate, constants.beta1,
-                         constants.beta2, pull, constants.epsilon, false, false);
+        values.push_back(block.values);
+        firsts.push_back(block.first);
+        seconds.push_back(block.second);
+    }
+    auto all = at::_foreach_mul(values, std::vector<at::Scalar>(pulls.begin(), pulls.end()));
+    for (std::size_t i = 0; i < blocks.size(); ++i)
+        all[i].index_add_(0, gradients[i].texels, gradients[i].values);
+#if TORCH_VERSION_MAJOR >= 2
+    // In one pass over the texels.
+    if (values.front().is_cuda())
+    {
+        const std::vector<torch::Tensor> steps(blocks.size(), at::full({}, static_cast<double>(step), values.front().options()));
+        at::_fused_adam_(values, all, firsts, seconds, {}, steps, rate, constants.beta1, constants.beta2, 0, constants.epsilon,
+                         false, false);
         return;
     }
 #endif
     const auto t = static_cast<double>(step);
-    const auto all = (block.values * pull).index_add_(0, texels, gradient);
-    block.first.mul_(constants.beta1).add_(all, 1 - constants.beta1);
-    block.second.mul_(constants.beta2).addcmul_(all, all, 1 - constants.beta2);
-    const auto root = (block.second / (1 - std::pow(constants.beta2, t))).sqrt_().add_(constants.epsilon);
-    block.values.addcdiv_(block.first, root, -rate / (1 - std::pow(constants.beta1, t)));
+    at::_foreach_mul_(firsts, constants.beta1);
+    at::_foreach_add_(firsts, all, 1 - constants.beta1);
+    at::_foreach_mul_(seconds, constants.beta2);
+    at::_foreach_addcmul_(seconds, all, all, 1 - constants.beta2);
+    // The root of the second moment's correction is taken out of the fraction.
+    const double correction = std::sqrt(1 - std::pow(constants.beta2, t));
+    auto roots = at::_foreach_sqrt(seconds);
+    at::_foreach_add_(roots, constants.epsilon * correction);
+    at::_foreach_addcdiv_(values, firsts, roots, -rate * correction / (1 - std::pow(constants.beta1, t)));
 }
 
 void step_visible(TensorBlock& block, const torch::Tensor& texels, const torch::Tensor& gradient, double rate, double pull,

@@ -3,11 +3,14 @@
 /// \file Adam (Kingma and Ba, ICLR 2015, algorithm 1) on blocks of N texels of 3 values, for gradients that are known for few
 /// texels; and by libtorch's operators for other devices than the CPU, the same to some 1e-6, without waiting.
 
+#include <fresco/torch/texture_representation.h>
+
 #include <torch/types.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace fresco::adam
 {
@@ -68,10 +71,10 @@ struct TensorBlock
     torch::Tensor steps;  ///< N, int32: how often each texel was changed; only for step_visible.
 };
 
-/// \see step_dense of a Block. `texels` (n, int64, each once) and `gradient` (n x 3): where it is not zero.
-void step_dense(TensorBlock& block, const torch::Tensor& texels, const torch::Tensor& gradient, std::int64_t step, double rate,
-                double pull, const Constants& constants);
-/// \see step_visible of a Block.
+/// \see step_dense of a Block; all blocks together, each with its gradient and its pull.
+void step_dense(const std::vector<TensorBlock>& blocks, const std::vector<SparseGradient>& gradients,
+                const std::vector<double>& pulls, std::int64_t step, double rate, const Constants& constants);
+/// \see step_visible of a Block. `texels` (n, int64, each once) and `gradient` (n x 3).
 void step_visible(TensorBlock& block, const torch::Tensor& texels, const torch::Tensor& gradient, double rate, double pull,
                   const Constants& constants);
 

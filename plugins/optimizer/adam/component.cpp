@@ -48,17 +48,20 @@ class OptimizerAdam final : public fresco::OptimizerRule
         const auto evaluation = evaluate();
         ++step_;
         const fresco::adam::Constants constants{.beta1 = *beta1, .beta2 = *beta2, .epsilon = *epsilon};
+        std::vector<double> pulls;
+        // The derivative of λ_r k mean(values²).
+        for (const auto& parameter : parameters)
+            pulls.push_back(2 * lambda_r * parameter.regularizer / static_cast<double>(parameter.values.numel()));
+        if (!parameters.empty() && !parameters[0].values.device().is_cpu())
+        {
+            step_there(parameters, evaluation.gradients, rate, pulls, constants);
+            return evaluation.loss;
+        }
         for (std::size_t i = 0; i < parameters.size(); ++i)
         {
             auto& parameter = parameters[i];
             auto& state = blocks_[i];
-            // The derivative of λ_r k mean(values²).
-            const double pull = 2 * lambda_r * parameter.regularizer / static_cast<double>(parameter.values.numel());
-            if (!parameter.values.device().is_cpu())
-            {
-                step_there(parameter, state, evaluation.gradients.at(i), rate, pull, constants);
-                continue;
-            }
+            const double pull = pulls[i];
             const auto texels = evaluation.gradients.at(i).texels.contiguous();
             const auto values = evaluation.gradients[i].values.contiguous();
             const fresco::adam::Gradient gradient{{texels.data_ptr<std::int64_t>(), static_cast<std::size_t>(texels.numel())},
@@ -109,17 +112,21 @@ class OptimizerAdam final : public fresco::OptimizerRule
     };
 
     /// On another device than the CPU.
-    void step_there(const fresco::TextureParameter& parameter, const State& state, const fresco::SparseGradient& gradient,
-                    double rate, double pull, const fresco::adam::Constants& constants) const
+    void step_there(const std::vector<fresco::TextureParameter>& parameters, std::vector<fresco::SparseGradient> gradients,
+                    double rate, const std::vector<double>& pulls, const fresco::adam::Constants& constants) const
     {
-        fresco::adam::TensorBlock block{parameter.values, state.first, state.second, state.steps};
-        // An empty gradient, of a view without pixels in any level, is on the CPU.
-        const auto texels = gradient.texels.to(parameter.values.device());
-        const auto values = gradient.values.to(parameter.values.device());
-        if (visible())
-            fresco::adam::step_visible(block, texels, values, rate, pull, constants);
-        else
-            fresco::adam::step_dense(block, texels, values, step_, rate, pull, constants);
+        std::vector<fresco::adam::TensorBlock> blocks;
+        for (std::size_t i = 0; i < parameters.size(); ++i)
+        {
+            const auto device = parameters[i].values.device();
+            blocks.push_back({parameters[i].values, blocks_[i].first, blocks_[i].second, blocks_[i].steps});
+            // An empty gradient, of a view without pixels in any level, is on the CPU.
+            gradients.at(i) = {gradients[i].texels.to(device), gradients[i].values.to(device)};
+        }
+        if (!visible())
+            return fresco::adam::step_dense(blocks, gradients, pulls, step_, rate, constants);
+        for (std::size_t i = 0; i < blocks.size(); ++i)
+            fresco::adam::step_visible(blocks[i], gradients[i].texels, gradients[i].values, rate, pulls[i], constants);
     }
 
     static torch::Tensor zeros_beside(const torch::Tensor& values, at::IntArrayRef shape, at::ScalarType type)

@@ -2,6 +2,7 @@
 
 #include "gradients.h"
 #include "schedule.h"
+#include "sheet.h"
 
 #include <fresco/error.h>
 #include <fresco/torch/tensor.h>
@@ -10,11 +11,16 @@
 #include <ATen/ops/empty.h>
 #include <ATen/ops/stack.h>
 #include <ATen/ops/tensor.h>
+#include <ATen/ops/zeros_like.h>
+#include <c10/core/impl/VirtualGuardImpl.h>
 #include <torch/csrc/autograd/autograd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <thread>
 #include <utility>
 
 namespace fresco::optimize
@@ -22,11 +28,11 @@ namespace fresco::optimize
 namespace
 {
 
-std::vector<SparseGradient> no_gradients(std::size_t parameters)
+Evaluation without_gradients(std::size_t parameters)
 {
-    std::vector<SparseGradient> result;
+    Evaluation result;
     for (std::size_t i = 0; i < parameters; ++i)
-        result.push_back({at::empty({0}, at::kLong), at::empty({0, 3}, at::kFloat)});
+        result.gradients.push_back({at::empty({0}, at::kLong), at::empty({0, 3}, at::kFloat)});
     return result;
 }
 
@@ -59,151 +65,205 @@ Evaluator::Evaluator(const std::map<std::string, std::shared_ptr<Loss>>& losses,
 }
 
 template <class Work>
-void Evaluator::each_level(std::int64_t step, const ScheduledStep& scheduled, const ViewData& data, const std::string& view_name,
-                           const Work& work)
+void Evaluator::each_part(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
+                          DisplayedValues& shown, const Work& work)
 {
+    noted_.clear();
+    if (data.levels.empty())
+        return;
     // Not sooner: a loss knows its network's default layers only once that network is prepared.
     if (demands_.empty())
         demands_ = demands_of(losses_);
-    summands_.clear();
-    noted_.clear();
+    shown = displayed_values(space_, data.texture->render(), data.hidden);
+    const auto picture = sent_to(shown.picture, device_);
+    std::vector<PartPlace> places;
+    for (const int level : data.numbers)
+        places.push_back({level, step, static_cast<std::int64_t>(scheduled.view), scheduled.repeat,
+                          mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(level))});
+    const auto place = fmt::format("step {}, view {}", step + 1, view_name);
+    if (!device_.is_cpu())
+    {
+        const PixelBox whole{0, 0, static_cast<int>(data.hidden.size(1)), static_cast<int>(data.hidden.size(0))};
+        const auto where = place + ": ";
+        work(
+            picture, whole, [&](const torch::Tensor& image) { return joint_terms(image, places, data, where); }, where);
+        return;
+    }
     for (std::size_t i = 0; i < data.levels.size(); ++i)
     {
-        const int level = data.numbers[i];
-        const PartPlace place{level, step, static_cast<std::int64_t>(scheduled.view), scheduled.repeat,
-                              mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(level))};
-        work(place, i, fmt::format("step {}, view {} at {} px: ", step + 1, view_name, data.levels[i].height_px));
+        auto& level = data.levels[i];
+        const auto where = fmt::format("{} at {} px: ", place, level.height_px);
+        const auto terms_of = [&](const torch::Tensor& image)
+        {
+            Terms terms;
+            RenderedPart part(places[i], image, level, demands_);
+            for (const auto& [name, loss] : losses_)
+                add_terms(
+                    loss->evaluate(part), name,
+                    [&](const LossTerm& term) { return *loss->weight * level_share(data, i, term, device_); }, where, terms);
+            set_factors(terms);
+            return terms;
+        };
+        work(picture, level.place, terms_of, where);
     }
 }
 
 Evaluation Evaluator::evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
-                               std::size_t parameters)
+                               std::size_t parameters, bool later)
 {
-    Evaluation result;
-    std::vector<std::vector<SparseGradient>> there;
-    each_level(step, scheduled, data, view_name,
-               [&](const PartPlace& place, std::size_t level, const std::string& where)
-               {
-                   auto gradients = level_gradients(place, data, level, where);
-                   if (device_.is_cpu())
-                       result.loss += settled();
-                   if (!gradients.empty() && !gradients[0].values.device().is_cpu())
-                       there.push_back(std::move(gradients));
-                   else if (result.gradients.empty())
-                       result.gradients = std::move(gradients);
-                   else
-                       for (std::size_t p = 0; p < gradients.size() && p < result.gradients.size(); ++p)
-                           result.gradients[p] = sparse_sum(result.gradients[p], gradients[p]);
-               });
-    if (!there.empty())
-        result.gradients = data.gradient_union.sum(there);
-    result.loss += settled();
-    if (result.gradients.empty())
-        result.gradients = no_gradients(parameters);
+    Evaluation result = without_gradients(parameters);
+    DisplayedValues shown;
+    torch::Tensor gradient;
+    const auto take_gradient =
+        [&](const torch::Tensor& picture, const PixelBox& box, const auto& terms_of, const std::string& where)
+    {
+        const auto image = cut(picture, box).contiguous().detach().set_requires_grad(true);
+        // The way back needs none of the part's features: what the losses need of them, they keep.
+        Terms terms = terms_of(image);
+        torch::Tensor own;
+        if (!terms.values.empty())
+            own = torch::autograd::grad(terms.values, {image}, terms.factors, false, false, true)[0];
+        if (!own.defined())
+            return;
+        own = own.detach().to(at::kFloat);
+        // 0 times a finite number is 0, and nothing else gives 0.
+        noted_.push_back({(own * 0).sum(), 1, where, "", ""});
+        if (!gradient.defined())
+            gradient = own.sizes() == picture.sizes() ? own : at::zeros_like(picture);
+        if (!own.is_same(gradient))
+            cut(gradient, box).copy_(own);
+    };
+    each_part(step, scheduled, data, view_name, shown, take_gradient);
+    if (gradient.defined())
+        result.gradients =
+            data.texture->gradient(values_back(space_, shown.beyond, data.factor, gradient.to(shown.picture.device())));
+    sent_.push_back(sent(step));
+    result.loss = later ? std::numeric_limits<double>::quiet_NaN() : figures().loss;
     return result;
 }
 
-double Evaluator::loss(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name)
+double Evaluator::loss(const ScheduledStep& scheduled, ViewData& data, const std::string& view_name)
 {
     const at::NoGradGuard no_gradient;
-    each_level(step, scheduled, data, view_name,
-               [&](const PartPlace& place, std::size_t number, const std::string& where)
-               {
-                   torch::Tensor stored;
-                   RenderedPart part(place, displayed(data.levels[number], stored), data.levels[number], demands_);
-                   terms_of(
-                       part, [&](const LossTerm& term) { return level_share(data, number, term, device_); }, where);
-               });
-    return settled();
+    DisplayedValues shown;
+    each_part(0, scheduled, data, view_name, shown,
+              [](const torch::Tensor& picture, const PixelBox& box, const auto& terms_of, const std::string&)
+              { terms_of(cut(picture, box).contiguous()); });
+    sent_.push_back(sent(std::numeric_limits<std::int64_t>::max()));
+    return figures().loss;
 }
 
-torch::Tensor Evaluator::displayed(LevelData& level, torch::Tensor& stored) const
-{
-    stored = level.view->render();
-    // All that is seen, also beyond the level: features near its border look there.
-    return sent_to(displayed_values(space_, stored, level.valid), device_);
-}
-
-std::vector<SparseGradient> Evaluator::level_gradients(const PartPlace& place, ViewData& data, std::size_t level_number,
-                                                       const std::string& where)
-{
-    auto& level = data.levels[level_number];
-    torch::Tensor stored;
-    const auto image = displayed(level, stored).detach().set_requires_grad(true);
-    Terms terms;
-    {
-        RenderedPart part(place, image, level, demands_);
-        terms = terms_of(
-            part, [&](const LossTerm& term) { return level_share(data, level_number, term, device_); }, where);
-    }
-    // The way back needs none of the part's features: what the losses need of them, they keep.
-    torch::Tensor gradient;
-    if (!terms.values.empty())
-        gradient = torch::autograd::grad(terms.values, {image}, terms.factors, false, false, true)[0];
-    if (!gradient.defined())
-        return {};
-    terms = {};
-    return texture_gradients(level, stored, gradient.detach(), where);
-}
-
-std::vector<SparseGradient> Evaluator::texture_gradients(const LevelData& level, const torch::Tensor& stored,
-                                                         torch::Tensor gradient, const std::string& where)
-{
-    gradient = gradient.to(at::kFloat);
-    // 0 times a finite number is 0, and nothing else gives 0.
-    noted_.push_back({(gradient * 0).sum(), 1, where, "", ""});
-    return level.view->gradient(values_back(space_, stored, level.factor, gradient.to(stored.device())));
-}
-
-Evaluator::Terms Evaluator::terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where)
+Evaluator::Terms Evaluator::joint_terms(const torch::Tensor& picture, const std::vector<PartPlace>& places, ViewData& data,
+                                        const std::string& where)
 {
     Terms terms;
-    std::vector<double> factors;
-    for (const auto& [name, component] : losses_)
+    // Else the loader has laid them out.
+    if (data.sheets.empty())
+        get_sheets_ready(data, demands_, device_);
+    const auto share = [&](std::size_t level, const LossTerm& term) { return level_share(data, level, term, device_); };
+    SheetLevels sheet(picture, data, demands_, share);
+    std::vector<std::unique_ptr<RenderedPart>> parts;
+    for (std::size_t i = 0; i < data.levels.size(); ++i)
+        parts.push_back(std::make_unique<RenderedPart>(places[i], cut(picture, data.levels[i].place), data.levels[i], demands_,
+                                                       OnSheet{&sheet, i}));
+    for (const auto& [name, loss] : losses_)
     {
-        summands_[name] += 0;
-        for (const auto& term : component->evaluate(part))
-        {
-            const double factor = *component->weight * share(term);
-            noted_.push_back({term.value.detach(), factor, where, name, term.layer});
-            if (!term.value.requires_grad())
-                continue;
-            terms.values.push_back(term.value);
-            factors.push_back(factor);
-        }
+        auto* joint = dynamic_cast<JointLoss*>(loss.get());
+        std::optional<std::vector<LossTerm>> together;
+        if (joint != nullptr && sheet.has_all(loss->needs()))
+            together = joint->evaluate_together(sheet);
+        if (together)
+            add_terms(
+                *together, name, [&](const LossTerm&) { return *loss->weight; }, where, terms);
+        else
+            for (std::size_t i = 0; i < parts.size(); ++i)
+                add_terms(
+                    loss->evaluate(*parts[i]), name, [&](const LossTerm& term) { return *loss->weight * share(i, term); },
+                    fmt::format("{}at {} px: ", where, data.levels[i].height_px), terms);
     }
-    if (!factors.empty())
-        terms.factors = sent_to(at::tensor(factors, terms.values.front().scalar_type()), device_).unbind();
-    for (std::size_t i = 0; i < factors.size(); ++i)
-        terms.factors[i] = terms.factors[i].to(terms.values[i].scalar_type()).expand_as(terms.values[i]);
+    set_factors(terms);
     return terms;
 }
 
-double Evaluator::settled()
+template <class Factor>
+void Evaluator::add_terms(const std::vector<LossTerm>& of_loss, const std::string& name, const Factor& factor,
+                          const std::string& where, Terms& terms)
 {
-    if (noted_.empty())
-        return 0;
-    std::vector<torch::Tensor> values;
-    for (const auto& noted : noted_)
-        values.push_back(noted.value);
-    const auto numbers = at::stack(values).to(at::kCPU, at::kDouble);
-    double sum = 0;
-    const double* value = numbers.data_ptr<double>();
-    for (const auto& noted : std::exchange(noted_, {}))
+    for (const auto& term : of_loss)
     {
-        if (noted.loss.empty() && !std::isfinite(*value))
-            throw NotFinite(noted.where + "the losses' gradient is not finite; lower 'rate' or the losses' weights");
-        if (!std::isfinite(*value))
-            throw NotFinite(noted.where + "loss '" + noted.loss + "' is " + (std::isnan(*value) ? "not a number" : "infinite") +
-                            (noted.layer.empty() ? "" : " at layer " + noted.layer) + "; lower 'rate' or the loss's weight");
-        if (!noted.loss.empty())
-        {
-            sum += *value * noted.factor;
-            summands_[noted.loss] += *value * noted.factor;
-        }
-        ++value;
+        noted_.push_back({term.value.detach(), factor(term), where, name, term.layer});
+        if (!term.value.requires_grad())
+            continue;
+        terms.values.push_back(term.value);
+        terms.numbers.push_back(noted_.back().factor);
     }
-    return sum;
+}
+
+void Evaluator::set_factors(Terms& terms)
+{
+    if (terms.values.empty())
+        return;
+    const auto type = terms.values.front().scalar_type();
+    if (terms.numbers != last_factors_ || factors_.front().scalar_type() != type)
+        factors_ = sent_to(at::tensor(terms.numbers, type), device_).unbind();
+    last_factors_ = terms.numbers;
+    for (std::size_t i = 0; i < factors_.size(); ++i)
+        terms.factors.push_back(factors_[i].to(terms.values[i].scalar_type()).expand_as(terms.values[i]));
+}
+
+Evaluator::Sent Evaluator::sent(std::int64_t step)
+{
+    Sent result{step, std::exchange(noted_, {}), {}, {}};
+    if (result.noted.empty())
+        return result;
+    std::vector<torch::Tensor> values;
+    for (auto& noted : result.noted)
+        values.push_back(std::exchange(noted.value, {}));
+    result.values = at::stack(values);
+    if (device_.is_cpu())
+        return result;
+    const auto there =
+        std::exchange(result.values, at::empty(result.values.sizes(),
+                                               result.values.options().device(at::kCPU).pinned_memory(device_.is_cuda())));
+    result.values.copy_(there, true);
+    result.arrived.emplace(device_.type());
+    result.arrived->record(c10::impl::VirtualGuardImpl(device_.type()).getStream(device_));
+    return result;
+}
+
+StepFigures Evaluator::settled(Sent sent)
+{
+    StepFigures figures{sent.step, 0, {}};
+    while (sent.arrived && !sent.arrived->query())
+        std::this_thread::sleep_for(std::chrono::microseconds(20));
+    const auto numbers = sent.noted.empty() ? sent.values : sent.values.to(at::kDouble);
+    for (std::size_t i = 0; i < sent.noted.size(); ++i)
+    {
+        const auto& noted = sent.noted[i];
+        const double value = numbers.data_ptr<double>()[i];
+        if (noted.loss.empty() && !std::isfinite(value))
+            throw NotFinite(sent.step, noted.where + "the losses' gradient is not finite; lower 'rate' or the losses' weights");
+        if (!std::isfinite(value))
+            throw NotFinite(sent.step,
+                            noted.where + "loss '" + noted.loss + "' is " + (std::isnan(value) ? "not a number" : "infinite") +
+                                (noted.layer.empty() ? "" : " at layer " + noted.layer) + "; lower 'rate' or the loss's weight");
+        if (noted.loss.empty())
+            continue;
+        figures.loss += value * noted.factor;
+        figures.summands[noted.loss] += value * noted.factor;
+    }
+    return figures;
+}
+
+StepFigures Evaluator::figures()
+{
+    Sent first = std::move(sent_.front());
+    sent_.pop_front();
+    auto result = settled(std::move(first));
+    for (const auto& [name, loss] : losses_)
+        result.summands[name] += 0;
+    summands_ = result.summands;
+    return result;
 }
 
 void report_balance(const std::map<std::string, std::shared_ptr<Loss>>& losses, const std::map<std::string, double>& summands,
@@ -276,7 +336,7 @@ HeldOutLoss held_out_loss(Evaluator& evaluator, std::int64_t step, const ViewSou
         const auto data = load(view);
         ScheduledStep scheduled;
         scheduled.view = view;
-        result.loss += evaluator.loss(0, scheduled, *data, source.name(view)) / count;
+        result.loss += evaluator.loss(scheduled, *data, source.name(view)) / count;
         std::size_t part = 0;
         for (const auto& [name, loss] : losses)
         {

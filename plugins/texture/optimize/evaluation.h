@@ -3,6 +3,7 @@
 /// \file What the losses say of rendered views: for a step with the gradient of the texture (Evaluator), for held-out views
 /// without one (held_out_loss), and how style and content balance. For loop.cpp.
 
+#include "gradients.h"
 #include "pictures.h"
 #include "rendered_part.h"
 #include "schedule.h"
@@ -13,7 +14,10 @@
 #include <fresco/torch/loss.h>
 #include <fresco/torch/optimizer_rule.h>
 
+#include <c10/core/Event.h>
+
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -28,7 +32,16 @@ namespace fresco::optimize
 class NotFinite : public Error
 {
   public:
-    using Error::Error;
+    NotFinite(std::int64_t of_step, const std::string& text) : Error(text), step(of_step) {}
+    std::int64_t step;  ///< Held-out views have one beyond all steps.
+};
+
+/// The loss of a step and each loss's share of it.
+struct StepFigures
+{
+    std::int64_t step = 0;
+    double loss = 0;
+    std::map<std::string, double> summands;
 };
 
 /// Renders every level of a view, lets every loss see it, and back-propagates to the texture. Used by one thread; references the
@@ -40,39 +53,43 @@ class Evaluator
               std::uint64_t seed);
 
     /// The loss of `step` on `data` and its gradients, `parameters` of them. Throws NotFinite naming the step, `view_name` and
-    /// the loss.
+    /// the loss. `later`: the loss is NaN, and the device is not waited for; figures() gives it, or throws, afterwards.
     Evaluation evaluate(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
-                        std::size_t parameters);
+                        std::size_t parameters, bool later = false);
+
+    /// Evaluations whose figures are on their way.
+    std::size_t pending() const { return sent_.size(); }
+    /// Waits for the first of them and gives its figures.
+    StepFigures figures();
+    void forget_pending() { sent_.clear(); }
 
     /// Only the loss.
-    double loss(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name);
+    double loss(const ScheduledStep& scheduled, ViewData& data, const std::string& view_name);
 
-    /// Each loss's share of the last evaluation's sum.
+    /// Each loss's share of the sum, in the last evaluation whose loss is known.
     const std::map<std::string, double>& summands() const { return summands_; }
 
   private:
-    /// Calls work(place, level, text that names the place) for every level of the view.
-    template <class Work>
-    void each_level(std::int64_t step, const ScheduledStep& scheduled, const ViewData& data, const std::string& view_name,
-                    const Work& work);
-    /// The level as it is displayed, 3 x H x W, on the run's device; `stored`: the same in the texture's values.
-    torch::Tensor displayed(LevelData& level, torch::Tensor& stored) const;
-    /// Gradients of the texture from d loss / d displayed, on the texture's device.
-    std::vector<SparseGradient> texture_gradients(const LevelData& level, const torch::Tensor& stored, torch::Tensor gradient,
-                                                  const std::string& where);
-    std::vector<SparseGradient> level_gradients(const PartPlace& place, ViewData& data, std::size_t level,
-                                                const std::string& where);
     /// Terms that have a gradient, and the factor of each in the sum: the loss's weight times ŵ_l.
     struct Terms
     {
         std::vector<torch::Tensor> values;
-        std::vector<torch::Tensor> factors;
+        std::vector<double> numbers;
+        std::vector<torch::Tensor> factors;  ///< The numbers, on the run's device.
     };
-    /// Evaluates the losses of a part and adds them to the noted terms.
-    Terms terms_of(Part& part, const std::function<double(const LossTerm&)>& share, const std::string& where);
-    /// The sum of the terms noted since the last call. Throws NotFinite for the first number that is not finite. Another device
-    /// than the CPU is waited for, once.
-    double settled();
+    /// Calls work(view's picture, box, terms_of, text that names the place) for every level, one after the other, or on another
+    /// device than the CPU once for all levels together. terms_of gives the terms of what the box shows.
+    template <class Work>
+    void each_part(std::int64_t step, const ScheduledStep& scheduled, ViewData& data, const std::string& view_name,
+                   DisplayedValues& shown, const Work& work);
+    /// Adds terms of a loss to `terms`, and notes them.
+    template <class Factor>
+    void add_terms(const std::vector<LossTerm>& of_loss, const std::string& name, const Factor& factor, const std::string& where,
+                   Terms& terms);
+    /// The terms of the picture of all levels.
+    Terms joint_terms(const torch::Tensor& picture, const std::vector<PartPlace>& places, ViewData& data,
+                      const std::string& where);
+    void set_factors(Terms& terms);
 
     /// A number that must be finite, on the run's device.
     struct Noted
@@ -83,6 +100,17 @@ class Evaluator
         std::string loss;  ///< Empty: a gradient's figure instead of a term.
         std::string layer;
     };
+    /// Noted numbers on their way to the CPU.
+    struct Sent
+    {
+        std::int64_t step = 0;
+        std::vector<Noted> noted;
+        torch::Tensor values;
+        std::optional<c10::Event> arrived;  ///< Missing on the CPU.
+    };
+    Sent sent(std::int64_t step);
+    /// Throws NotFinite for the first number that is not finite. Waits for another device than the CPU.
+    static StepFigures settled(Sent sent);
 
     const std::map<std::string, std::shared_ptr<Loss>>& losses_;
     Demands demands_;
@@ -91,6 +119,9 @@ class Evaluator
     std::uint64_t seed_;
     std::map<std::string, double> summands_;
     std::vector<Noted> noted_;
+    std::deque<Sent> sent_;
+    std::vector<double> last_factors_;  ///< They are the same in most steps: `factors_` on the device.
+    std::vector<torch::Tensor> factors_;
 };
 
 /// Reports style over content of the first step as `initial_style_over_content`: the summands (by the losses' names) of losses

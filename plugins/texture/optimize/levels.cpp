@@ -300,21 +300,7 @@ class Cover
         return {std::max(0, cells.x0 * align - margin), std::max(0, cells.y0 * align - margin),
                 std::min(width_, cells.x1 * align + margin), std::min(height_, cells.y1 * align + margin)};
     }
-    /// Grown inside the frame until it is some steps long, or as long as the frame.
-    void grow(int& begin, int& end, int whole) const
-    {
-        const int length = std::min(whole, (end - begin + rules_.step_px - 1) / rules_.step_px * rules_.step_px);
-        end = std::min(whole, begin + length);
-        begin = std::max(0, (end - length) / rules_.align * rules_.align);
-    }
-    PixelBox encoded(const PixelBox& cells) const
-    {
-        PixelBox box = pixels(cells, margin_);
-        grow(box.x0, box.x1, width_);
-        grow(box.y0, box.y1, height_);
-        return box;
-    }
-    std::int64_t cost(const PixelBox& cells) const { return encoded(cells).area() + rules_.crop_px; }
+    std::int64_t cost(const PixelBox& cells) const { return pixels(cells, margin_).area() + rules_.crop_px; }
 
     /// Cuts a box in two wherever that saves most, as long as it saves a twentieth of it.
     void split(const PixelBox& box)
@@ -337,7 +323,7 @@ class Cover
             consider({box.x0, box.y0, box.x1, y}, {box.x0, y, box.x1, box.y1});
         if (!halves)
         {
-            crops_.push_back({pixels(box, 0), encoded(box)});
+            crops_.push_back({pixels(box, 0), pixels(box, margin_)});
             return;
         }
         split(halves->first);

@@ -118,7 +118,6 @@ struct CropRules
 {
     int align;                 ///< Boxes begin at multiples of it, and end there or at the frame's border.
     int margin_px;             ///< Pixels beyond its own cell that a feature sees.
-    int step_px = 1;           ///< Encoded crops have sides of multiples of this, a multiple of `align` or 1, or the frame's.
     std::int64_t crop_px = 0;  ///< As many pixels as cost what each crop costs beside its own.
 };
 

@@ -16,7 +16,7 @@
 
 #include <ATen/Parallel.h>
 #include <ATen/ops/empty.h>
-#include <ATen/ops/ones.h>
+#include <ATen/ops/zeros.h>
 
 #include <algorithm>
 #include <atomic>
@@ -110,16 +110,17 @@ torch::Tensor looked_up(const TextureRepresentation& texture, int size)
     return result;
 }
 
-/// Writes what the run looks like now into `folder`: `view.png`, the rendered level `view` with its `valid` pixels, and
-/// `texture.png`, the whole texture (of size_px) at most 1024 px a side.
-void write_preview(const std::filesystem::path& folder, const ImageIo& images, const ValueSpace& space, const TextureView& view,
-                   const torch::Tensor& valid, const TextureRepresentation& texture, int size_px)
+/// Writes what the run looks like now into `folder`: `view.png`, the largest level of the view, and `texture.png`, the whole
+/// texture (of size_px) at most 1024 px a side.
+void write_preview(const std::filesystem::path& folder, const ImageIo& images, const ValueSpace& space, const ViewData& view,
+                   const TextureRepresentation& texture, int size_px)
 {
-    const auto write = [&](const char* name, const torch::Tensor& stored, const torch::Tensor& shown)
-    { write_file(folder / name, images.encode_png(to_raster8(displayed_values(space, stored, shown)))); };
-    write("view.png", view.render().to(at::kCPU), valid.to(at::kCPU));
+    const auto write = [&](const char* name, const torch::Tensor& stored, const torch::Tensor& hidden)
+    { write_file(folder / name, images.encode_png(to_raster8(displayed_values(space, stored, hidden).picture))); };
+    const auto& level = view.levels.back();
+    write("view.png", cut(view.texture->render(), level.place).to(at::kCPU), level.all.logical_not().to(at::kCPU));
     const int size = std::min(largest_side, size_px);
-    write("texture.png", looked_up(texture, size), at::ones({size, size}, at::kBool));
+    write("texture.png", looked_up(texture, size), at::zeros({size, size}, at::kBool));
 }
 
 /// The released code trains with the first 99% of the views, seeing or not.
@@ -288,10 +289,13 @@ class Loop
                 }
                 one_step(scheduled, *data);
             }
+            take_figures(0);
             measure();
         }
         catch (const NotFinite& error)
         {
+            evaluator_.forget_pending();
+            step_ = std::min(step_, error.step);
             go_back(error);
             return false;
         }
@@ -356,6 +360,7 @@ class Loop
         }
         catch (const Canceled&)
         {
+            take_figures(0);
             wait_for_writing();
             if (step_ != due_step_)
                 checkpoints_.write_interrupted(state());
@@ -367,6 +372,8 @@ class Loop
     /// state is written while the run goes on.
     void write(std::function<void(const Checkpoint&)> into)
     {
+        // A step whose loss is not finite must not be in it.
+        take_figures(0);
         wait_for_writing();
         if (options_.device.is_cpu())
             return into(state());
@@ -397,6 +404,7 @@ class Loop
         const bool due = step_ % options_.measure_steps == 0 || step_ == schedule_.steps();
         if (split_.held_out.empty() || !due || (!held_out_.empty() && held_out_.back().step == step_))
             return;
+        take_figures(0);
         const auto begin = std::chrono::steady_clock::now();
         may_be_interrupted(
             [this]
@@ -413,24 +421,39 @@ class Loop
 
     void one_step(const ScheduledStep& scheduled, ViewData& data)
     {
-        const Evaluate evaluate = [&]
-        { return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size()); };
+        const Evaluate evaluate = [&] {
+            return evaluator_.evaluate(step_, scheduled, data, source_.name(scheduled.view), parameters().size(), texture_there_);
+        };
         const double loss =
             components_.rule.step(parameters(), evaluate, schedule_.rate(step_) * std::pow(0.5, rollbacks_), options_.lambda_r);
-        last_summands_ = evaluator_.summands();
-        if (step_ == 0)
-            report_balance(components_.losses, last_summands_, options_.init == Init::zeros || options_.init == Init::color,
-                           run_);
+        if (texture_there_)
+            take_figures(1);
+        else
+            report_step({step_, loss, evaluator_.summands()});
         if (!space_.is_clamped())
             for (auto& parameter : parameters())
                 write_clamped(parameter.values, static_cast<float>(space_.stored_range().first),
                               static_cast<float>(space_.stored_range().second));
-        run_.metric("loss", loss);
         run_.progress(static_cast<double>(step_ + 1), static_cast<double>(schedule_.steps()), "steps");
         if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0 &&
             !data.levels.empty())
-            write_preview(run_.preview_folder(), *components_.images, space_, *data.levels.back().view, data.levels.back().all,
-                          components_.texture, options_.size_px);
+            write_preview(run_.preview_folder(), *components_.images, space_, data, components_.texture, options_.size_px);
+    }
+
+    /// Reports steps that the device has ended, all but the last `pending` of them: with one on its way it always has work.
+    void take_figures(std::size_t pending)
+    {
+        while (evaluator_.pending() > pending)
+            report_step(evaluator_.figures());
+    }
+
+    void report_step(const StepFigures& figures)
+    {
+        last_summands_ = figures.summands;
+        if (figures.step == 0)
+            report_balance(components_.losses, last_summands_, options_.init == Init::zeros || options_.init == Init::color,
+                           run_);
+        run_.metric("loss", figures.loss);
     }
 
     void report(double seconds, std::int64_t done)

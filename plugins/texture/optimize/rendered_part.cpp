@@ -1,5 +1,7 @@
 #include "rendered_part.h"
 
+#include "sheet.h"
+
 #include <fresco/error.h>
 #include <fresco/torch/tensor.h>
 
@@ -59,26 +61,12 @@ std::vector<torch::Tensor> encoded_around(const FeatureNetwork& network, const t
     return partial != nullptr ? partial->encode_around(picture, layers, read) : network.encode(picture, layers);
 }
 
-torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
-{
-    return picture.slice(1, box.y0, box.y1).slice(2, box.x0, box.x1);
-}
-
-/// The mask inside `part`, as large as `whole`, which holds it.
-Raster8 cut(const Raster8& mask, const PixelBox& part, const PixelBox& whole)
-{
-    Raster8 result(whole.x1 - whole.x0, whole.y1 - whole.y0);
-    for (int y = part.y0; y < part.y1; ++y)
-        for (int x = part.x0; x < part.x1; ++x)
-            result.at(x - whole.x0, y - whole.y0) = mask.at(x, y);
-    return result;
-}
-
 /// Null where the network encodes whole frames of the level.
 CroppedLevel* cropped_level(LevelData& data, const FeatureNetwork& network, const Demand& demand, const torch::Device& device)
 {
-    // Enlarged camera features have no crops, and both must select in one order.
-    if (demand.whole || data.smallest)
+    // Enlarged camera features have no crops, and both must select in one order. Other devices have sheets; for networks that
+    // cannot encode these, small crops would be more operators, each as slow as a large one.
+    if (demand.whole || data.smallest || !device.is_cpu())
         return nullptr;
     auto found = data.cropped.find(&network);
     if (found == data.cropped.end())
@@ -91,15 +79,7 @@ CroppedLevel* cropped_level(LevelData& data, const FeatureNetwork& network, cons
             align = std::lcm(align, layer.stride);
             margin = std::max(margin, layer.margin_px);
         }
-        CropRules rules{align, margin};
-        if (!device.is_cpu())
-        {
-            // There a library gets ready for every new shape, 1.6 ms for each convolution (cuDNN 9), and sending a crop's
-            // operators takes as long as the convolution of so many pixels (H200).
-            rules.step_px = std::lcm(align, 128);
-            rules.crop_px = 250'000;
-        }
-        CroppedLevel level{covering_crops(data.pixels.all, rules), {}, {}};
+        CroppedLevel level{covering_crops(data.pixels.all, {align, margin}), {}, {}};
         for (const auto& crop : level.crops)
             level.pixels.push_back(
                 {cut(data.pixels.all, crop.core, crop.encoded), cut(data.pixels.all, crop.encoded, crop.encoded)});
@@ -133,6 +113,15 @@ torch::Tensor of_role(const torch::Tensor& features, std::int64_t fine_count, Pi
 
 }  // namespace
 
+Raster8 cut(const Raster8& mask, const PixelBox& part, const PixelBox& whole)
+{
+    Raster8 result(whole.x1 - whole.x0, whole.y1 - whole.y0);
+    for (int y = part.y0; y < part.y1; ++y)
+        for (int x = part.x0; x < part.x1; ++x)
+            result.at(x - whole.x0, y - whole.y0) = mask.at(x, y);
+    return result;
+}
+
 Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses)
 {
     Demands demands;
@@ -152,10 +141,14 @@ Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses)
 
 void get_parts_ready(ViewData& data, const Demands& demands, const torch::Device& device)
 {
+    if (!device.is_cpu())
+        get_sheets_ready(data, demands, device);
     for (auto& level : data.levels)
         for (const auto& [network, demand] : demands)
             for (const auto& name : demand.image)
             {
+                if (data.sheets.contains(network))
+                    continue;
                 const int stride = network->layer(name).stride;
                 auto* cropped = cropped_level(level, *network, demand, device);
                 if (cropped == nullptr)
@@ -166,8 +159,8 @@ void get_parts_ready(ViewData& data, const Demands& demands, const torch::Device
             }
 }
 
-RenderedPart::RenderedPart(PartPlace place, torch::Tensor image, LevelData& data, const Demands& demands)
-    : place_(place), image_(std::move(image)), data_(data), demands_(demands)
+RenderedPart::RenderedPart(PartPlace place, torch::Tensor image, LevelData& data, const Demands& demands, OnSheet sheet)
+    : place_(place), image_(std::move(image)), data_(data), demands_(demands), sheet_(sheet)
 {
 }
 
@@ -231,6 +224,11 @@ torch::Tensor RenderedPart::enlarged_camera_features(const FeatureNetwork& netwo
     return known.emplace(layer, enlarged).first->second;
 }
 
+bool RenderedPart::is_on_sheet(const FeatureNetwork& network) const
+{
+    return sheet_.levels != nullptr && sheet_.levels->has(network);
+}
+
 const GridMask& RenderedPart::grid(const FeatureNetwork& network, const std::string& layer)
 {
     return grid_of(data_, network.layer(layer).stride, image_.device());
@@ -276,7 +274,9 @@ torch::Tensor RenderedPart::selected_in_crops(CroppedLevel& level, const Feature
 torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
     auto& all = selected_[{&network, layer}];
-    if (auto* level = cropped(network); !all.defined() && level != nullptr)
+    if (is_on_sheet(network))
+        all = sheet_.levels->of_level(network, layer, sheet_.number, false);
+    else if (auto* level = cropped(network); !all.defined() && level != nullptr)
         all = selected_in_crops(*level, network, layer, false);
     else if (!all.defined())
         all = selected_cells(encoded(features_, network, demand(network).image, layer, image_), grid(network, layer));
@@ -285,6 +285,8 @@ torch::Tensor RenderedPart::selected(const FeatureNetwork& network, const std::s
 
 std::int64_t RenderedPart::fine_count(const FeatureNetwork& network, const std::string& layer)
 {
+    if (is_on_sheet(network))
+        return sheet_.levels->fine_count(network, layer, sheet_.number);
     auto* level = cropped(network);
     if (level == nullptr)
         return grid(network, layer).fine_count;
@@ -297,6 +299,8 @@ std::int64_t RenderedPart::fine_count(const FeatureNetwork& network, const std::
 torch::Tensor RenderedPart::camera_selected(const FeatureNetwork& network, const std::string& layer, Pixels pixels)
 {
     const at::NoGradGuard no_gradient;
+    if (is_on_sheet(network))
+        return of_role(sheet_.levels->of_level(network, layer, sheet_.number, true), fine_count(network, layer), pixels);
     auto* level = cropped(network);
     const auto all = level != nullptr ? selected_in_crops(*level, network, layer, true)
                                       : selected_cells(whole_camera_features(network, layer), grid(network, layer));

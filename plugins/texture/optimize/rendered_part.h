@@ -24,11 +24,23 @@ struct Demand
 };
 using Demands = std::map<const FeatureNetwork*, Demand>;
 
+/// The mask inside `part`, as large as `whole`, which holds it.
+Raster8 cut(const Raster8& mask, const PixelBox& part, const PixelBox& whole);
+
 Demands demands_of(const std::map<std::string, std::shared_ptr<Loss>>& losses);
 
 /// Finds the crops and the grids' cells of every level that parts will ask for, which they else find in a view's first step. On
 /// any thread.
 void get_parts_ready(ViewData& data, const Demands& demands, const torch::Device& device);
+
+class SheetLevels;
+
+/// A level of the view that networks encode on a sheet.
+struct OnSheet
+{
+    SheetLevels* levels = nullptr;  ///< Null: by itself.
+    std::size_t number = 0;
+};
 
 /// Position of a part in the run.
 struct PartPlace
@@ -47,7 +59,7 @@ class RenderedPart final : public Part
 {
   public:
     /// `image`: 3 x H x W, displayed RGB, on the run's device, requiring a gradient.
-    RenderedPart(PartPlace place, torch::Tensor image, LevelData& data, const Demands& demands);
+    RenderedPart(PartPlace place, torch::Tensor image, LevelData& data, const Demands& demands, OnSheet sheet = {});
 
     int level() const override { return place_.level; }
     int height_px() const override { return data_.height_px; }
@@ -76,6 +88,7 @@ class RenderedPart final : public Part
     torch::Tensor enlarged_camera_features(const FeatureNetwork& network, const std::string& layer);
     static torch::Tensor encoded(FeatureMaps& known, const FeatureNetwork& network, const std::vector<std::string>& wanted,
                                  const std::string& layer, const torch::Tensor& picture);
+    bool is_on_sheet(const FeatureNetwork& network) const;
     /// Null where the network encodes whole frames.
     CroppedLevel* cropped(const FeatureNetwork& network);
     torch::Tensor selected_in_crops(CroppedLevel& level, const FeatureNetwork& network, const std::string& layer, bool camera);
@@ -85,6 +98,7 @@ class RenderedPart final : public Part
     torch::Tensor image_;
     LevelData& data_;
     const Demands& demands_;
+    OnSheet sheet_;
     FeatureMaps features_;
     std::map<std::pair<const FeatureNetwork*, std::string>, torch::Tensor> selected_;  ///< Features of Pixels::all.
 };

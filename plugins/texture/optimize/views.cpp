@@ -7,6 +7,7 @@
 #include <fresco/uv_mapping/view_frames.h>
 
 #include <ATen/ops/empty.h>
+#include <ATen/ops/zeros.h>
 #include <c10/core/DeviceGuard.h>
 #include <c10/core/StreamGuard.h>
 #include <c10/core/impl/VirtualGuardImpl.h>
@@ -100,6 +101,15 @@ UvMap filled_with_corner(const UvMap& map)
     return result;
 }
 
+template <class T>
+void paste(const Raster<T>& part, Raster<T>& whole, int row)
+{
+    const auto length = static_cast<std::ptrdiff_t>(part.width) * part.channels;
+    for (int y = 0; y < part.height; ++y)
+        std::copy_n(part.values.begin() + y * length, length,
+                    whole.values.begin() + static_cast<std::ptrdiff_t>(whole.index(0, row + y)));
+}
+
 }  // namespace
 
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
@@ -125,28 +135,55 @@ std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, 
     auto data = std::make_unique<ViewData>();
     data->view = view;
     data->protocol = rules.protocol;
+    int width = 0;
+    int height = 0;
     for (std::size_t level = 0; level < maps.size(); ++level)
     {
         if (!(shares[level] > 0))
             continue;
-        const auto& map = maps[level];
+        const auto& valid = maps[level].valid;
         LevelData result;
         result.height_px = source.height_px(level);
-        const UvMap shown = released ? filled_with_corner(map) : map;
-        result.view = texture.make_view(shown);
         result.protocol = rules.protocol;
-        result.factor = to_tensor(gradient_factor(map, pixels[level], rules.scaling)).squeeze(0);
+        // A row between two levels: neighbors across it are none.
+        height += height > 0 ? 1 : 0;
+        result.place = {0, height, valid.width, height + valid.height};
+        width = std::max(width, valid.width);
+        height += valid.height;
         result.share = shares[level];
-        result.camera = to_tensor(resized(camera, map.valid.width, map.valid.height));
+        result.camera = to_tensor(resized(camera, valid.width, valid.height));
         result.all = bool_tensor(pixels[level].all);
         result.fine = bool_tensor(pixels[level].fine);
-        result.valid = bool_tensor(shown.valid);
         result.pixels = pixels[level];
         result.smallest = smallest;
         data->levels.push_back(std::move(result));
         data->numbers.push_back(static_cast<int>(level));
     }
+    if (data->levels.empty())
+        return data;
+    UvMap shown{RasterF(width, height, 2), RasterF(width, height), RasterF(width, height), Raster8(width, height)};
+    RasterF factor(width, height);
+    for (std::size_t i = 0; i < data->levels.size(); ++i)
+    {
+        const auto& map = maps[static_cast<std::size_t>(data->numbers[i])];
+        const UvMap level = released ? filled_with_corner(map) : map;
+        const int row = data->levels[i].place.y0;
+        paste(level.uv, shown.uv, row);
+        paste(level.depth, shown.depth, row);
+        paste(level.cosine, shown.cosine, row);
+        paste(level.valid, shown.valid, row);
+        paste(gradient_factor(map, data->levels[i].pixels, rules.scaling), factor, row);
+    }
+    data->texture = texture.make_view(shown);
+    data->hidden = bool_tensor(shown.valid).logical_not();
+    data->factor = to_tensor(factor).squeeze(0);
     return data;
+}
+
+torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box)
+{
+    const auto rows = picture.slice(-2, box.y0, box.y1);
+    return rows.slice(-1, box.x0, box.x1);
 }
 
 const GridMask& grid_of(LevelData& level, int stride, const torch::Device& device)
@@ -203,18 +240,24 @@ void CameraMemory::give_back(ViewData& data) const
 
 void move_to(ViewData& data, const torch::Device& device, bool texture_too)
 {
+    if (device.is_cpu() || data.levels.empty())
+        return;
+    const auto cameras = at::zeros({3, data.hidden.size(0), data.hidden.size(1)}, at::kFloat);
+    for (const auto& level : data.levels)
+        cut(cameras, level.place).copy_(level.camera);
+    data.camera = sent_to(cameras, device);
     for (auto& level : data.levels)
     {
-        level.camera = sent_to(level.camera, device);
+        level.camera = cut(data.camera, level.place);
         level.all = sent_to(level.all, device);
         level.fine = sent_to(level.fine, device);
         if (level.smallest)
             level.smallest->picture = sent_to(level.smallest->picture, device);
-        if (!texture_too)
-            continue;
-        level.valid = sent_to(level.valid, device);
-        level.factor = sent_to(level.factor, device);
     }
+    if (!texture_too)
+        return;
+    data.hidden = sent_to(data.hidden, device);
+    data.factor = sent_to(data.factor, device);
 }
 
 namespace

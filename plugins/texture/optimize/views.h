@@ -3,7 +3,6 @@
 /// \file Views from disk to a step: the recorded pictures and uv maps (ViewSource), one view prepared for the losses
 /// (ViewData), and the next ones prepared while a step runs (ViewFeed).
 
-#include "gradients.h"
 #include "grid_mask.h"
 #include "levels.h"
 #include "pictures.h"
@@ -92,10 +91,8 @@ struct CroppedLevel
 struct LevelData
 {
     int height_px = 0;
-    std::unique_ptr<TextureView> view;
     Protocol protocol = Protocol::paper;
-    torch::Tensor valid;   ///< H x W, bool: the texture is seen here, whether or not the pixel belongs to the level.
-    torch::Tensor factor;  ///< H x W: what the image gradient is multiplied by.
+    PixelBox place;  ///< In the view's picture.
     LevelPixels pixels;
     double share = 0;                          ///< ŵ_l
     torch::Tensor camera;                      ///< 3 x H x W, RGB in [0,1].
@@ -109,18 +106,37 @@ struct LevelData
     std::map<const FeatureNetwork*, CroppedLevel> cropped;
 };
 
+/// A view's levels on a sheet, for one network.
+struct ViewSheet
+{
+    Sheet sheet;
+    std::map<int, std::vector<LevelColumns>> columns;  ///< By stride; of each level, without its share.
+    std::map<std::string, torch::Tensor> camera;       ///< Selected features of the camera pictures; kept by the first step.
+};
+
+/// The levels lie in one picture, one below the other, so that the texture is looked up once.
 struct ViewData
 {
     std::size_t view = 0;
     std::vector<LevelData> levels;  ///< Levels with pixels, smallest height first.
     std::vector<int> numbers;       ///< Index of each level in the render pyramid.
     Protocol protocol = Protocol::paper;
-    GradientUnion gradient_union;
+    std::unique_ptr<TextureView> texture;  ///< Null without levels.
+    torch::Tensor hidden;  ///< H x W, bool: the texture is not seen here; elsewhere it is, also outside of the level.
+    torch::Tensor factor;  ///< H x W: what the picture's gradient is multiplied by.
+
+    // On another device than the CPU:
+    torch::Tensor camera;  ///< 3 x H x W: the levels' camera pictures.
+    std::map<const FeatureNetwork*, ViewSheet> sheets;
+    std::map<std::string, torch::Tensor> kept;  ///< See Levels::kept().
 };
 
 /// Reads a view's uv maps and camera picture. On any thread.
 std::unique_ptr<ViewData> load_view(const ViewSource& source, std::size_t view, const TextureRepresentation& texture,
                                     const LevelRules& rules);
+
+/// The part of a picture.
+torch::Tensor cut(const torch::Tensor& picture, const PixelBox& box);
 
 /// The cells of a grid of `stride` that belong to the level; made when first asked for.
 const GridMask& grid_of(LevelData& level, int stride, const torch::Device& device);

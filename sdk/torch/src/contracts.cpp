@@ -20,8 +20,11 @@ namespace fresco
 
 FeatureNetwork::~FeatureNetwork() = default;
 PartialFeatures::~PartialFeatures() = default;
+SheetFeatures::~SheetFeatures() = default;
 Part::~Part() = default;
+Levels::~Levels() = default;
 Loss::~Loss() = default;
+JointLoss::~JointLoss() = default;
 TextureView::~TextureView() = default;
 TextureRepresentation::~TextureRepresentation() = default;
 OptimizerRule::~OptimizerRule() = default;

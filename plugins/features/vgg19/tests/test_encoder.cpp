@@ -197,3 +197,62 @@ TEST_CASE("What is not a number, and what grows beyond all numbers, comes throug
     const vgg19::Vgg19 large(big, fresco::weights::caffe_input());
     CHECK_FALSE(large.encode(picture(40, 30), {"relu3_1"})[0].isfinite().all().item<bool>());
 }
+
+TEST_CASE("Boxes of a sheet are encoded as pictures of their own, and so are their gradients")
+{
+    // Odd sides: pooling leaves the last row and column out. They touch the sheet's border and have one cell between them.
+    struct Box
+    {
+        std::int64_t y, x, height, width;
+        std::int64_t row, column;  // On the sheet.
+    };
+    const std::vector<Box> boxes{{0, 3, 21, 18, 0, 0}, {9, 0, 13, 31, 0, 20}, {5, 5, 12, 12, 24, 0}};
+    fresco::Sheet sheet{36, 56, {}, {}, {}, {}};
+    const auto numbers = [](const std::vector<std::int64_t>& list) { return at::tensor(list, at::kLong); };
+    const auto whole = picture(25, 33).to(at::kDouble);
+    std::vector<std::int64_t> pixels, places;
+    for (const auto& box : boxes)
+        for (std::int64_t i = 0; i < box.height * box.width; ++i)
+        {
+            pixels.push_back((box.y + i / box.width) * 33 + box.x + i % box.width);
+            places.push_back((box.row + i / box.width) * sheet.width + box.column + i % box.width);
+        }
+    sheet.pixels = numbers(pixels);
+    sheet.places = numbers(places);
+    for (const int stride : {1, 2, 4})
+    {
+        std::vector<std::int64_t> borders, cells;
+        for (const auto& box : boxes)
+            for (std::int64_t y = -1; y <= box.height / stride; ++y)
+                for (std::int64_t x = -1; x <= box.width / stride; ++x)
+                {
+                    const auto row = box.row / stride + y, column = box.column / stride + x;
+                    const bool is_border = y < 0 || x < 0 || y == box.height / stride || x == box.width / stride;
+                    if (row >= 0 && column >= 0 && row < sheet.height / stride && column < sheet.width / stride)
+                        (is_border ? borders : cells).push_back(row * (sheet.width / stride) + column);
+                }
+        sheet.borders.emplace(stride, numbers(borders));
+        sheet.cells.emplace(stride, numbers(cells));
+    }
+    for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
+    {
+        const vgg19::Vgg19 network(random_layers(), format);
+        auto together = whole.clone().set_requires_grad(true), apart = whole.clone().set_requires_grad(true);
+        const auto fast = network.encode_sheet(together, names, sheet);
+        std::vector<std::vector<torch::Tensor>> parts(names.size());
+        for (const auto& box : boxes)
+        {
+            const auto own = apart.narrow(1, box.y, box.height).narrow(2, box.x, box.width);
+            const auto maps = plainly_encoded(format, own, names);
+            for (std::size_t i = 0; i < names.size(); ++i)
+                parts[i].push_back(maps[i].flatten(1));
+        }
+        std::vector<torch::Tensor> slow;
+        for (const auto& of_layer : parts)
+            slow.push_back(at::cat(of_layer, 1));
+        for (std::size_t i = 0; i < names.size(); ++i)
+            CHECK(relative_difference(fast[i], slow[i]) < 1e-12);
+        CHECK(relative_difference(gradient_of(fast, together), gradient_of(slow, apart)) < 1e-12);
+    }
+    CHECK_FALSE(vgg19::Vgg19(random_layers(), {.padding = fresco::weights::Vgg19Padding::reflect}).takes_sheets());
+}

@@ -5,6 +5,7 @@
 
 #include <ATen/ATen.h>
 #include <ATen/Parallel.h>
+#include <torch/csrc/autograd/autograd.h>
 
 #include <cmath>
 #include <memory>
@@ -98,8 +99,11 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
             for (const auto type : {at::kDouble, at::kFloat})
             {
                 const auto input = laid_out(features.to(type), turned);
+                const std::vector<fresco::LevelColumns> columns{{input.size(1), fine_count, 1}};
+                const auto elements = static_cast<double>(input.size(0) * input.size(0));
+                const auto weights = gram::gram_weights(columns, true, 3 / elements).to(type);
                 const auto distance =
-                    gram::gram_distance(input, fine_count, {symmetric(0.1).to(type), symmetric(0.3).to(type)}, 3);
+                    gram::gram_distance(input, columns, at::stack({symmetric(0.1), symmetric(0.3)}).to(type), weights);
                 distance.backward();
                 const bool is_exact = type == at::kDouble;
                 CHECK(distance.item<double>() == Approx(3 * plain.item<double>()).epsilon(is_exact ? 1e-12 : 1e-5));
@@ -107,6 +111,33 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
                     input.grad().to(at::kDouble).allclose(plain_input.grad(), is_exact ? 1e-11 : 1e-4, is_exact ? 1e-14 : 1e-6));
             }
         }
+}
+
+TEST_CASE("Levels are compared together as one after the other, each with its share")
+{
+    at::manual_seed(4);
+    const std::vector<fresco::LevelColumns> levels{{9, 4, 0.3}, {0, 0, 0.2}, {5, 5, 0.4}, {7, 0, 0.1}};
+    const auto features = at::rand({3, 21}, at::kDouble).set_requires_grad(true);
+    const auto targets = at::rand({2, 3, 3}, at::kDouble);
+    const auto symmetric = targets + targets.transpose(1, 2);
+    const auto together = gram::gram_distance(features, levels, symmetric, gram::gram_weights(levels, true, 2.0 / 9));
+    auto apart = at::zeros({}, at::kDouble);
+    std::int64_t first = 0;
+    for (const auto& level : levels)
+    {
+        const auto compare = [&](std::int64_t count, std::int64_t target)
+        {
+            const auto own = features.narrow(1, first, count);
+            if (count > 0)
+                apart = apart + 2 * level.share * (at::matmul(own, own.t()) / count - symmetric[target]).pow(2).mean();
+        };
+        compare(level.count, 0);
+        compare(level.fine_count, 1);
+        first += level.count;
+    }
+    CHECK(together.item<double>() == Approx(apart.item<double>()).epsilon(1e-12));
+    const auto gradient = torch::autograd::grad({together}, {features})[0];
+    CHECK(gradient.allclose(torch::autograd::grad({apart}, {features})[0], 1e-11, 1e-14));
 }
 
 namespace

@@ -79,9 +79,8 @@ class DeviceView final : public TextureView
     {
         const at::NoGradGuard no_gradient;
         check_shape(picture_gradient, width_, height_);
-        const auto at_pixels =
-            sent_to(picture_gradient.to(at::kFloat), pixels_.device()).reshape({3, -1}).index_select(1, pixels_).t().contiguous();
-        const auto shares = at_pixels.index_select(0, sorted_pixels_).mul_(sorted_weights_);
+        const auto planes = sent_to(picture_gradient.to(at::kFloat), pixels_.device()).reshape({3, -1});
+        const auto shares = planes.t().index_select(0, sorted_places_).mul_(sorted_weights_);
         // Without its checks, which would have to wait. One sum after the other within a texel, so that no order is left open.
         const auto sums = at::segment_reduce(shares, "sum", {}, {}, offsets_, 0, true);
         std::vector<SparseGradient> result;
@@ -124,7 +123,8 @@ class DeviceView final : public TextureView
         const auto lookups = used.index_select(0, order);
         const auto [touched, inverse, counts] = at::unique_consecutive(sorted, false, true, 0);
         offsets_ = at::cat({at::zeros({1}, counts.options()), counts.cumsum(0)});
-        sorted_pixels_ = lookups.div(4, "floor").remainder(std::max<std::int64_t>(1, pixels_.numel())).to(at::kInt);
+        const auto number = lookups.div(4, "floor").remainder(std::max<std::int64_t>(1, pixels_.numel()));
+        sorted_places_ = pixels_.index_select(0, number).to(at::kInt);
         sorted_weights_ = weights_.index_select(0, lookups);
         std::vector<std::int64_t> ends;
         std::int64_t end = 0;
@@ -148,7 +148,7 @@ class DeviceView final : public TextureView
     torch::Tensor texels_;   ///< 4 V for each layer, int32: which texels a pixel is made of …
     torch::Tensor weights_;  ///< … and of how much of each, x 1.
     // The lookups of more than nothing, L, texel by texel:
-    torch::Tensor sorted_pixels_;   ///< L, int32
+    torch::Tensor sorted_places_;   ///< L, int32: their pixels' places in the picture.
     torch::Tensor sorted_weights_;  ///< L x 1
     torch::Tensor offsets_;         ///< int64: where each touched texel's begin, and the end.
     std::vector<Layer> layers_;

@@ -161,7 +161,7 @@ TEST_CASE_METHOD(WithWorld, "what is encoded is shared by the losses of a step, 
     const Demands demands{{&world.network, {{"half"}, {"half"}, true}}};
     for (int step = 0; step < 3; ++step)
     {
-        const auto image = data->levels[1].view->render().set_requires_grad(true);
+        const auto image = cut(data->texture->render(), data->levels[1].place).contiguous().set_requires_grad(true);
         RenderedPart part({1, step, 0, step, 7}, image, data->levels[1], demands);
         CHECK(part.height_px() == 36);
         CHECK(part.camera().sizes() == image.sizes());
@@ -358,13 +358,14 @@ TEST_CASE_METHOD(
         const auto data = world.view(1, rules);
         const LevelData& level = data->levels.back();
         const UvMap& shown = world.texture.maps.back();
-        CHECK((shown.uv.at(0, 3, 0) == 0 && shown.uv.at(0, 3, 1) == 1));
-        CHECK(level.valid[3][0].item<bool>());  // shown …
-        CHECK(level.pixels.all.at(0, 3) == 0);  // … but not compared, where the largest map has no surface either
-        CHECK(level.factor[3][0].item<float>() == (by_angle ? 0 : 1));
-        CHECK(level.factor[3][5].item<float>() == Approx(by_angle ? 0.8 : 1));
+        const auto row = level.place.y0 + 3;
+        CHECK((shown.uv.at(0, row, 0) == 0 && shown.uv.at(0, row, 1) == 1));
+        CHECK_FALSE(data->hidden[row][0].item<bool>());  // shown …
+        CHECK(level.pixels.all.at(0, 3) == 0);           // … but not compared, where the largest map has no surface either
+        CHECK(data->factor[row][0].item<float>() == (by_angle ? 0 : 1));
+        CHECK(data->factor[row][5].item<float>() == Approx(by_angle ? 0.8 : 1));
     }
-    CHECK_FALSE(world.view(1)->levels.back().valid[3][0].item<bool>());
+    CHECK(world.view(1)->hidden[3][0].item<bool>());
 }
 
 TEST_CASE_METHOD(WithWorld,
@@ -535,37 +536,24 @@ TEST_CASE("the gradient of the displayed picture agrees with finite differences,
     const auto factor = at::tensor({0.5F, 2.0F}).reshape({1, 2});
     const auto direction = at::tensor({0.3F, -0.2F, 0.7F, 0.1F, -0.4F, 0.6F}).reshape({3, 1, 2});
     const auto stored = at::tensor({0.2F, 0.4F, 0.6F, 0.3F, 0.5F, 0.1F}).reshape({3, 1, 2});
-    const auto valid = at::full({1, 2}, true, at::kBool);
+    const auto hidden = at::full({1, 2}, false, at::kBool);
     for (const auto values : {Values::display, Values::network})
     {
         const ValueSpace space(values);
-        const auto gradient = values_back(space, stored, factor, direction).flatten();
+        const auto gradient = values_back(space, displayed_values(space, stored, hidden).beyond, factor, direction).flatten();
         for (std::int64_t i = 0; i < 6; ++i)
         {
             const auto step = (at::arange(6) == i).reshape({3, 1, 2}).to(at::kFloat) * 0.05;
             const auto loss = [&](const torch::Tensor& moved)
-            { return (displayed_values(space, moved, valid) * direction * factor).sum().item<double>(); };
+            { return (displayed_values(space, moved, hidden).picture * direction * factor).sum().item<double>(); };
             CHECK(gradient[i].item<float>() ==
                   Approx((loss(stored + step) - loss(stored - step)) / 0.1).epsilon(1e-3).margin(1e-5));
         }
     }
     const auto beyond = at::tensor({1.2F, 1.2F, -0.1F}).reshape({3, 1, 1});
     const auto gradient = at::tensor({0.5F, -0.5F, -0.25F}).reshape({3, 1, 1});
-    const auto back = values_back(ValueSpace(Values::display), beyond, at::full({1, 1}, 1.0F), gradient);
+    const ValueSpace space(Values::display);
+    const auto out = displayed_values(space, beyond, at::full({1, 1}, false, at::kBool)).beyond;
+    const auto back = values_back(space, out, at::full({1, 1}, 1.0F), gradient);
     CHECK(back.flatten().equal(at::tensor({0.5F, 0.0F, -0.25F})));
-}
-
-TEST_CASE("sparse gradients add by texel")
-{
-    const auto sparse = [](const std::vector<std::int64_t>& texels)
-    {
-        const auto numbers = at::tensor(texels, at::kLong);
-        return SparseGradient{numbers, numbers.to(at::kFloat).unsqueeze(1) + at::arange(3, at::kFloat) / 10};
-    };
-    const auto sum = sparse_sum(sparse({1, 4, 9}), sparse({0, 4, 12}));
-    CHECK(sum.texels.equal(at::tensor({0, 1, 4, 9, 12}, at::kLong)));
-    CHECK(sum.values[2][1].item<float>() == Approx(8.2));
-    CHECK(sum.values[4][0].item<float>() == 12);
-    CHECK(sparse_sum(sparse({}), sparse({3})).texels.numel() == 1);
-    CHECK(sparse_sum(sparse({}), sparse({})).texels.numel() == 0);
 }

@@ -214,12 +214,11 @@ TEST_CASE("a full mask is one frame, an empty one nothing, a half one half")
     REQUIRE(half.size() == 1);
     CHECK((half[0].core == PixelBox{0, 0, 24, 30}));
     CHECK((half[0].encoded == PixelBox{0, 0, 32, 30}));
-    CHECK((covering_crops(left, {8, 3, 40})[0].encoded == PixelBox{0, 0, 40, 30}));
     // Two corners are two crops, unless a crop is as dear as what lies between them.
     Raster8 corners(200, 200);
     corners.at(0, 0) = corners.at(199, 199) = 1;
     CHECK(covering_crops(corners, {8, 3}).size() == 2);
-    CHECK(covering_crops(corners, {8, 3, 1, 40000}).size() == 1);
+    CHECK(covering_crops(corners, {8, 3, 40000}).size() == 1);
 }
 
 TEST_CASE("cores hold every pixel of the mask once, aligned, and with their margin inside what is encoded")
@@ -239,8 +238,7 @@ TEST_CASE("cores hold every pixel of the mask once, aligned, and with their marg
         }
         const int align = seed % 2 == 0 ? 4 : 8;
         const int margin = static_cast<int>(seed % 11);
-        const int step = seed % 3 == 0 ? 1 : 2 * align;
-        const auto crops = covering_crops(mask, {align, margin, step});
+        const auto crops = covering_crops(mask, {align, margin, seed % 3 == 0 ? 0 : 50});
         Raster8 counts(width, height);  // How often each pixel is in a core.
         std::int64_t encoded = 0;
         for (const auto& [core, box] : crops)
@@ -255,7 +253,6 @@ TEST_CASE("cores hold every pixel of the mask once, aligned, and with their marg
                 CHECK(outer_begin % align == 0);
                 CHECK((outer_begin == 0 || begin - outer_begin >= margin));
                 CHECK((outer_end == whole || outer_end - end >= margin));
-                CHECK(((outer_end - outer_begin) % step == 0 || outer_end == whole));
             }
         }
         CHECK(encoded <= static_cast<std::int64_t>(width) * height);

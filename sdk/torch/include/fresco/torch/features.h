@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -81,6 +82,32 @@ class PartialFeatures
     /// gradient only at the pixels in `read.gradient`. All other values are arbitrary, but finite if these are.
     virtual std::vector<torch::Tensor> encode_around(const torch::Tensor& picture, const std::vector<std::string>& layers,
                                                      const ReadPixels& read) const = 0;
+};
+
+/// Pixels of one picture, gathered into boxes of a sheet that lie apart: the levels of a view, or parts of them. Positions are
+/// row-major numbers, int64, on the picture's device.
+struct Sheet
+{
+    std::int64_t height = 0;  ///< Like the boxes' corners, multiples of every stride.
+    std::int64_t width = 0;
+    torch::Tensor pixels;                  ///< n: pixels of the picture …
+    torch::Tensor places;                  ///< … and where each lies in the sheet; the rest belongs to no box.
+    std::map<int, torch::Tensor> borders;  ///< By stride: the cells next to a box, which belong to no box.
+    std::map<int, torch::Tensor> cells;    ///< By stride: the cells of boxes whose features are wanted, each once.
+};
+
+/// A second base of feature networks that can encode all boxes of a sheet at once, as if each were a picture of its own: on a
+/// graphics card, sending operators takes longer than what they do for one small picture.
+class SheetFeatures
+{
+  public:
+    virtual ~SheetFeatures();
+
+    /// Not with weights that continue a picture by anything but zeros, for example.
+    virtual bool takes_sheets() const = 0;
+    /// The features of each layer at the sheet's cells of its stride, C x N; differentiable in `picture` (3 x H x W).
+    virtual std::vector<torch::Tensor> encode_sheet(const torch::Tensor& picture, const std::vector<std::string>& layers,
+                                                    const Sheet& sheet) const = 0;
 };
 
 /// The names in a list such as "relu1_1, relu2_1": separated by commas or blanks, in order, each once.

@@ -8,7 +8,9 @@
 #include <torch/types.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -69,6 +71,27 @@ class Part
     virtual std::int64_t fine_count(const FeatureNetwork& network, const std::string& layer) = 0;
 };
 
+/// One level's columns of Levels::selected(), and the factor ŵ_l of its term.
+struct LevelColumns
+{
+    std::int64_t count = 0;
+    std::int64_t fine_count = 0;  ///< They come first.
+    double share = 1;
+};
+
+/// All levels of a step with their selected features side by side. Made and owned by the optimizer.
+class Levels
+{
+  public:
+    virtual ~Levels();
+    /// Part::selected() of all pixels, one level after the other: C x ΣN.
+    virtual torch::Tensor selected(const FeatureNetwork& network, const std::string& layer) = 0;
+    virtual torch::Tensor camera_selected(const FeatureNetwork& network, const std::string& layer) = 0;
+    virtual std::vector<LevelColumns> columns(const FeatureNetwork& network, const std::string& layer) = 0;
+    /// Remembers a tensor that depends only on the view, for all steps of a visit.
+    virtual const torch::Tensor& kept(const std::string& name, const std::function<torch::Tensor()>& make) = 0;
+};
+
 /// A summand of a loss: a scalar tensor, and the network layer it belongs to ("" = none). The optimizer multiplies it by the
 /// loss's weight and by the level's share ŵ_l, which may depend on the layer's grid where `network` is given.
 struct LossTerm
@@ -101,6 +124,15 @@ class Loss : public Component
     /// State that evaluate keeps from step to step; empty by default.
     virtual TensorMap state() const;
     virtual void restore(const TensorMap& state);
+};
+
+/// A second base of losses that can compare all levels at once, in fewer operators than one after the other.
+class JointLoss
+{
+  public:
+    virtual ~JointLoss();
+    /// As Loss::evaluate() for every level, each term summed over the levels with their shares; nothing: the loss wants parts.
+    virtual std::optional<std::vector<LossTerm>> evaluate_together(Levels& levels) = 0;
 };
 
 /// A layer that is compared, and the factor of its term.

@@ -12,7 +12,7 @@ namespace fresco
 /// The loss at the parameters' current values and its gradients, one per parameter (without the regularizer).
 struct Evaluation
 {
-    double loss = 0;
+    double loss = 0;  ///< NaN where the parameters are not on the CPU: no step waits for another device.
     std::vector<SparseGradient> gradients;
 };
 

@@ -9,6 +9,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace fresco
@@ -21,41 +23,54 @@ constexpr int directions = 16;
 constexpr int steps_per_pixel = 8;
 constexpr double broad_share = 1.0 / 24;  // Sigma of the background, as a share of the shorter side.
 
-/// Gaussian blur, borders repeated.
-RasterF smoothed(const RasterF& gray, double sigma)
+/// Gaussian blur, borders repeated. A row at a time, so that the compiler adds several pixels at once.
+RasterF smoothed(const RasterF& gray, double sigma, const Progress& progress)
 {
     const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
     std::vector<double> weights;
     double total = 0;
     for (int i = -radius; i <= radius; ++i)
         total += weights.emplace_back(std::exp(-i * i / (2 * sigma * sigma)));
-    const double* middle = &weights[static_cast<std::size_t>(radius)];
-    const auto weight = [middle](int i) { return middle[i]; };
-    const auto along = [&](const RasterF& from, int dx, int dy)
+    const auto width = static_cast<std::size_t>(gray.width);
+    /// `sources(y, i)`: the pixels that weight i is for, in a row.
+    const auto along = [&](const auto& sources)
     {
-        RasterF to(from.width, from.height);
-        for (int y = 0; y < from.height; ++y)
-            for (int x = 0; x < from.width; ++x)
-            {
-                double sum = 0;
-                for (int i = -radius; i <= radius; ++i)
-                    sum += weight(i) *
-                           from.at(std::clamp(x + i * dx, 0, from.width - 1), std::clamp(y + i * dy, 0, from.height - 1));
-                to.at(x, y) = static_cast<float>(sum / total);
-            }
+        RasterF to(gray.width, gray.height);
+        parallel_items(static_cast<std::size_t>(gray.height), 8, progress,
+                       [&](std::size_t y)
+                       {
+                           std::vector<double> sums(width, 0.0);
+                           const auto row = sources(static_cast<int>(y));
+                           for (std::size_t i = 0; i < weights.size(); ++i)
+                           {
+                               const float* from = row(static_cast<int>(i));
+                               for (std::size_t x = 0; x < width; ++x)
+                                   sums[x] += weights[i] * from[x];
+                           }
+                           std::ranges::transform(sums, &to.values[y * width],
+                                                  [total](double sum) { return static_cast<float>(sum / total); });
+                       });
         return to;
     };
-    return along(along(gray, 1, 0), 0, 1);
+    const RasterF across = along(
+        [&](int y)
+        {
+            std::vector<float> padded;
+            for (int x = -radius; x < gray.width + radius; ++x)
+                padded.push_back(gray.at(std::clamp(x, 0, gray.width - 1), y));
+            return [padded = std::move(padded)](int i) { return &padded[static_cast<std::size_t>(i)]; };
+        });
+    return along([&](int y) { return [&, y](int i) { return &across.at(0, std::clamp(y + i - radius, 0, gray.height - 1)); }; });
 }
 
 /// Luminance less its broad part, of mean 0.
-RasterF fine_light(const Raster8& rgb)
+RasterF fine_light(const Raster8& rgb, const Progress& progress)
 {
     const double scale = std::min(1.0, static_cast<double>(longest_side) / std::max(rgb.width, rgb.height));
     const RasterF lab = lab_picture(resized(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * scale))),
                                             std::max(1, static_cast<int>(std::lround(rgb.height * scale)))));
     RasterF gray = channel(lab, 0);
-    const RasterF broad = smoothed(gray, std::max(1.0, broad_share * std::min(gray.width, gray.height)));
+    const RasterF broad = smoothed(gray, std::max(1.0, broad_share * std::min(gray.width, gray.height)), progress);
     double mean = 0;
     for (std::size_t i = 0; i < gray.values.size(); ++i)
         mean += static_cast<double>(gray.values[i] -= broad.values[i]);
@@ -95,15 +110,11 @@ double correlation(const RasterF& gray, int dx, int dy)
 
 double stroke_width_px(const Raster8& rgb, const Progress& progress)
 {
-    const RasterF gray = fine_light(rgb);
+    const RasterF gray = fine_light(rgb, progress);
     const int reach = std::clamp(std::min(gray.width, gray.height) / 10, 2, 48);
     const int columns = 2 * reach + 1;
-    // dy from 0 on; the other half is its mirror image.
-    std::vector<double> correlations(static_cast<std::size_t>(columns) * static_cast<std::size_t>(reach + 1));
-    parallel_items(correlations.size(), 32, progress,
-                   [&](std::size_t i) {
-                       correlations[i] = correlation(gray, static_cast<int>(i) % columns - reach, static_cast<int>(i) / columns);
-                   });
+    // dy from 0 on; the other half is its mirror image. Few are asked for: strokes are much narrower than the reach.
+    std::vector<std::optional<double>> correlations(static_cast<std::size_t>(columns) * static_cast<std::size_t>(reach + 1));
     const auto at = [&](int x, int y)
     {
         if (y < 0)
@@ -111,8 +122,14 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
             x = -x;
             y = -y;
         }
-        return correlations[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
-                            static_cast<std::size_t>(x + reach)];
+        auto& known =
+            correlations[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x + reach)];
+        if (!known)
+        {
+            progress.check_canceled();
+            known = correlation(gray, x, y);
+        }
+        return *known;
     };
     const double half = at(0, 0) / 2;
     double least = reach;
@@ -123,6 +140,8 @@ double stroke_width_px(const Raster8& rgb, const Progress& progress)
         for (int step = 1; step < (reach - 1) * steps_per_pixel; ++step)
         {
             const double r = static_cast<double>(step) / steps_per_pixel;
+            if (r - 1.0 / steps_per_pixel >= least)
+                break;  // Another direction fell earlier.
             const double value =
                 numerics::bilinear(numerics::between(r * std::cos(angle)), numerics::between(r * std::sin(angle)), at);
             if (value <= half)

@@ -1,4 +1,4 @@
-#include "room_file.h"
+#include "command_program.h"
 #include "sheet.h"
 
 #include <fresco/error.h>
@@ -6,9 +6,6 @@
 #include <fresco/process.h>
 #include <fresco/value.h>
 #include <fresco/wording.h>
-
-#include <CLI/CLI.hpp>
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -32,15 +29,13 @@ namespace
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
 
-constexpr int exit_usage = 2;
-constexpr int exit_missing_input = 3;
-
 struct Arguments
 {
     Settings settings;
     std::string out;
     bool preview = false;
     bool stylemesh = false;
+    Words keep;
     Words sets;
     Words of_run;  ///< For `fresco run`, as they are.
 };
@@ -110,6 +105,8 @@ void resolve(Arguments& arguments)
         for (const std::string& word : words)
             if (word.find('\n') != std::string::npos)
                 throw UsageError("--set and --out take no line breaks");
+    if (!arguments.keep.empty())
+        settings.chosen.set("keep", Value::List(arguments.keep.begin(), arguments.keep.end()));
     if (arguments.stylemesh == settings.weights.empty())
         throw UsageError(arguments.stylemesh ? "--stylemesh needs --weights FILE: fresco weights get vgg19 prints it"
                                              : "--weights is for --stylemesh");
@@ -188,7 +185,7 @@ int prepare(const Arguments& arguments)
     return 0;
 }
 
-int paint(Arguments& arguments)
+int paint_scan(Arguments& arguments)
 {
     resolve(arguments);
     if (const int exit_code = prepare(arguments); exit_code != 0)
@@ -233,12 +230,25 @@ void add_options(CLI::App& app, Arguments& arguments)
                    "Folder for room.yaml and all results (default: out/SCAN-PICTURE; with several pictures out/SCAN)");
     app.add_flag("--preview", arguments.preview,
                  "A quick look, with fewer frames, faces and texels; of several pictures with a sheet to choose from");
-    app.add_option("--stroke-cm", settings.stroke_cm, "Width of the brush strokes in centimeters (default: 3.5 in a room)")
-        ->check(CLI::Range(0.1, 1000.0));
-    app.add_option("--strength", settings.strength, "0: photo, 1: painting (default: 1)")->check(CLI::Range(0.0, 1.0));
-    list("--keep", settings.keep, {"floor", "ceiling", "walls", "furniture"},
+    const auto number =
+        [&](const char* name, std::initializer_list<const char*> keys, const char* help, const CLI::Validator& known)
+    {
+        app.add_option_function<double>(
+               name,
+               [&settings, keys = Words(keys.begin(), keys.end())](double value)
+               {
+                   for (const std::string& key : keys)
+                       settings.chosen.set(key, value);
+               },
+               help)
+            ->check(known);
+    };
+    number("--stroke-cm", {"texture.stroke_cm"}, "Width of the brush strokes in centimeters (default: 3.5 in a room)",
+           CLI::Range(0.1, 1000.0));
+    number("--strength", {"strength.color", "strength.strokes"}, "0: photo, 1: painting (default: 1)", CLI::Range(0.0, 1.0));
+    list("--keep", arguments.keep, {"floor", "ceiling", "walls", "furniture"},
          "Leave these as photographed: floor, ceiling, walls, furniture");
-    app.add_option("--size", settings.size_px, "Texels per side of the texture (default: 2048)")->check(CLI::Range(64, 16384));
+    number("--size", {"atlas.size_px"}, "Texels per side of the texture (default: 2048)", CLI::Range(64, 16384));
     list("--with", settings.with, exports(),
          "Also write: glb, usdz, obj, ply, page (to walk through), video, views (all frames)");
     app.add_flag("--stylemesh", arguments.stylemesh, "Paint by StyleMesh instead: hours");
@@ -247,7 +257,9 @@ void add_options(CLI::App& app, Arguments& arguments)
     app.footer("Without a picture, it lists those that come with fresco. Arguments after '--' go to fresco run: -- --cores 2");
 }
 
-int run(int argc, char** argv)
+}  // namespace
+
+int main(int argc, char** argv)
 {
     const std::vector<char*> all(argv, argv + argc);
     const auto own_end = std::ranges::find_if(all, [](const char* word) { return std::string_view(word) == "--"; });
@@ -256,51 +268,5 @@ int run(int argc, char** argv)
         arguments.of_run.assign(own_end + 1, all.end());
     CLI::App app("Paint a scan after pictures: writes a pipeline file, room.yaml, and runs it", "fresco paint");
     add_options(app, arguments);
-    if (argc > 1 && std::string_view(argv[1]) == "internal-complete")
-    {
-        const std::string last = argv[argc - 1];
-        for (const CLI::Option* option : app.get_options())
-            for (const std::string& name : option->get_lnames())
-                if (last.starts_with("-") && ("--" + name).starts_with(last))
-                    fmt::print("--{}\n", name);
-        if (!last.starts_with("-"))
-            fmt::print(":files\n");
-        return 0;
-    }
-    if (argc == 1 || std::string_view(argv[1]) == "--help-all")
-    {
-        fmt::print("{}", app.help());
-        return argc == 1 ? exit_usage : 0;
-    }
-    try
-    {
-        app.parse(static_cast<int>(own_end - all.begin()), argv);
-    }
-    catch (const CLI::CallForHelp& asked)
-    {
-        return app.exit(asked);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        throw UsageError(std::string(error.what()) + "; fresco paint --help lists what it accepts");
-    }
-    return paint(arguments);
-}
-
-}  // namespace
-
-int main(int argc, char** argv)
-{
-    std::signal(SIGPIPE, SIG_IGN);
-    try
-    {
-        return run(argc, argv);
-    }
-    catch (const std::exception& error)
-    {
-        fmt::print(stderr, "error: {}\n", error.what());
-        return dynamic_cast<const UsageError*>(&error) != nullptr     ? exit_usage
-               : dynamic_cast<const MissingInput*>(&error) != nullptr ? exit_missing_input
-                                                                      : 1;
-    }
+    return run_command(app, static_cast<int>(own_end - all.begin()), argv, [&] { return paint_scan(arguments); });
 }

@@ -18,6 +18,7 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr int largest_painted_px = 4096;  // From here on the picture's own detail is copied.
+constexpr int usual_px = 2048;
 constexpr std::string_view command_mark = "#   ";
 constexpr std::string_view hash_mark = "# As written: ";
 
@@ -57,16 +58,18 @@ std::string quoted(std::string text)
 class Writer
 {
   public:
-    Writer(const Settings& settings, ScanKind kind) : settings_(settings), kind_(kind)
+    Writer(const Settings& settings, ScanKind kind) : settings_(settings), chosen_(settings.chosen), kind_(kind)
     {
+        check_chosen(chosen_);
         const bool copies = kind == ScanKind::recording && settings.weights.empty();
-        large_ = copies && settings.size_px.value_or(0) > largest_painted_px;
+        large_ = copies && size_px() > largest_painted_px;
         frames_ = kind == ScanKind::model ? "" : kind == ScanKind::splats ? "scan" : copies ? "align" : "frames";
+        lit_ = kind != ScanKind::model && !options_of("relief").empty();
+        check();
     }
 
     std::string take()
     {
-        check();
         add("version: 1\nbase: {}  # it comes with fresco; fresco plan shows all of its stages", base());
         add("vars:\n  {}: {}",
             kind_ == ScanKind::recording ? "data"
@@ -84,9 +87,39 @@ class Writer
                 add("    - {}", quoted(picture.string()));
         add("stages:");
         add_painting();
-        add_exports();
-        if (kind_ != ScanKind::model)
-            add("preview:\n  views: {{every_count: 8, height_px: 480}}");
+        for (const std::string& name : settings_.with)
+            if (name != own_export())
+                add_export(name, name);
+        add_views();
+        return text_;
+    }
+
+    std::pair<std::string, std::string> take_export(const std::string& name)
+    {
+        check_export(name);
+        const bool is_there = name == own_export();
+        add("version: 1\nbase: painting.yaml{}", is_there ? "" : "\nstages:");
+        if (!is_there)
+            add_export("taken", name);
+        return {text_, is_there ? "glb" : "taken"};
+    }
+
+    std::string take_look(const Value& view)
+    {
+        add("version: 1\nbase: painting.yaml\nstages:");
+        add_look("texture", "sight", "\"${picture}\"", view);
+        if (has("walls"))
+            add_look("walls", "walls_sight", quoted(chosen_.at("walls").as_string()), view);
+        if (mixes() || has_regions())
+            add_sight("photo_sight", "", view);
+        constexpr const char* photo = "photo: photo_sight.texture, mesh: sight.mesh";
+        if (mixes())
+            add("  mix: {{input: {{{}}}}}", photo);
+        if (mixes() && has("walls"))
+            add("  walls_mix: {{input: {{{}}}}}", photo);
+        if (has_regions())
+            add("  mixed: {{input: {{{}, regions: sight.regions}}}}", photo);
+        add("  bake: {{input: {{mesh: sight.mesh}}}}");
         return text_;
     }
 
@@ -97,10 +130,30 @@ class Writer
         text_ += fmt::format(format, std::forward<Arguments>(arguments)...) + "\n";
     }
 
-    bool mixes() const { return settings_.strength || !settings_.keep.empty(); }
+    bool has(const char* name) const { return chosen_.find(name) != nullptr; }
+    double number(const char* name, double otherwise) const { return has(name) ? chosen_.at(name).as_double() : otherwise; }
+    double color() const { return number("strength.color", 1); }
+    double strokes() const { return number("strength.strokes", 1); }
+    int size_px() const { return static_cast<int>(number("atlas.size_px", 0)); }
+    bool mixes() const { return color() != 1 || strokes() != 1; }
+    bool has_regions() const { return has("keep") || has("walls"); }
     bool wants(const char* name) const { return is_among(name, settings_.with); }
+    /// Wires the frames, where there are some.
+    std::string frames() const { return frames_.empty() ? "" : ", frames: " + frames_; }
     /// The end of the inputs, and the option that says which way is up where no frames do.
-    std::string inputs_end() const { return frames_.empty() ? "}, up: \"${up}\"" : ", frames: " + frames_ + "}"; }
+    std::string inputs_end() const { return frames() + (frames_.empty() ? "}, up: \"${up}\"" : "}"); }
+    /// "stroke_cm: 6, …": what is chosen of a stage.
+    std::string options_of(const std::string& stage) const
+    {
+        std::vector<std::string> options;
+        for (const auto& [key, value] : chosen_.as_map())
+            if (key.starts_with(stage + "."))
+                options.push_back(key.substr(stage.size() + 1) + ": " +
+                                  (value.is_string() ? quoted(value.as_string())
+                                   : value.is_bool() ? to_json(value)
+                                                     : number_text(value.as_double())));
+        return fmt::format("{}", fmt::join(options, ", "));
+    }
     std::string base() const
     {
         return kind_ == ScanKind::model    ? "model.yaml"
@@ -109,91 +162,166 @@ class Writer
                : large_                    ? "large.yaml"
                                            : "room.yaml";
     }
+    /// The format of the stage `glb`: export.model keeps the model's own format.
+    std::string own_export() const
+    {
+        const std::string format = lower_extension(settings_.scan);
+        return kind_ == ScanKind::model && (format == ".obj" || format == ".ply") ? format.substr(1) : "glb";
+    }
+
+    void check_export(const std::string& name) const
+    {
+        if (!is_among(name, exports()))
+            throw UsageError(name + ": expected " + join(exports()));
+        if ((name == "views" || name == "video") && kind_ == ScanKind::model)
+            throw UsageError(
+                fmt::format("--with {}: a model has no cameras to show it from; --with page shows it in a browser", name));
+    }
 
     void check() const
     {
-        if (large_ && mixes())
+        if (large_ && (mixes() || has_regions()))
             throw UsageError(
                 fmt::format("--size {} copies the picture's own detail, which --strength and --keep would lose; at most {} "
                             "with them",
-                            *settings_.size_px, largest_painted_px));
-        if (!settings_.weights.empty() && mixes())
+                            size_px(), largest_painted_px));
+        for (const std::string& name : settings_.with)
+            check_export(name);
+        if (settings_.weights.empty())
+            return;
+        if (mixes() || has_regions())
             throw UsageError(
                 "--stylemesh with --strength or --keep: paint without them, then put texture.mix or texture.regions into "
                 "room.yaml (pipelines/README.md)");
-        if (kind_ == ScanKind::recording)
-            return;
-        if (!settings_.weights.empty())
+        if (kind_ != ScanKind::recording)
             throw UsageError("--stylemesh paints through the pictures of a recording; a model or splats have none");
-        for (const char* name : {"views", "video"})
-            if (wants(name) && kind_ == ScanKind::model)
-                throw UsageError(
-                    fmt::format("--with {}: a model has no cameras to show it from; --with page shows it in a browser", name));
+    }
+
+    /// Fades a painted texture to the photo; the name of the stage with the result.
+    std::string mixed(const char* painted, const char* name)
+    {
+        if (!mixes())
+            return painted;
+        add("  {}: {{type: texture.mix, input: {{photo: photo, painted: {}, mesh: atlas}}, color: {}, strokes: {}}}", name,
+            painted, number_text(color()), number_text(strokes()));
+        return name;
+    }
+
+    std::string add_regions(const std::string& painted)
+    {
+        const std::vector<std::string> kept =
+            has("keep") ? JsonPlace(chosen_.at("keep"), "keep").texts() : std::vector<std::string>{};
+        std::string inputs, rules;
+        for (const std::string& region : kept)
+            rules += region + ": keep, ";
+        if (has("walls"))
+        {
+            const std::string options = options_of("texture");
+            add("  walls: {{type: texture.synthesize, input: {{mesh: atlas, start: photo{}, style: {{file: {}}}}}{}{}{}}}",
+                frames(), quoted(chosen_.at("walls").as_string()), frames_.empty() ? ", up: \"${up}\"" : "",
+                options.empty() ? "" : ", ", options);
+            inputs = ", walls: " + mixed("walls", "walls_mix");
+            for (const char* region : {"walls", "ceiling"})
+                if (!is_among(region, kept))
+                    rules += fmt::format("{}: walls, ", region);
+        }
+        add("  regions: {{type: regions.planes, input: {{mesh: atlas{}}}", inputs_end());
+        add("  mixed:\n    type: texture.regions\n    input: {{photo: photo, mesh: atlas, regions: regions, painted: {}{}}}\n"
+            "    regions: {{{}\"*\": painted}}",
+            painted, inputs, rules);
+        return "mixed";
     }
 
     void add_painting()
     {
-        const bool network = !settings_.weights.empty();
-        if (settings_.stroke_cm)
-            add("  {}: {{stroke_cm: {}}}  # width of the brush strokes on the surface", network ? "strokes" : "texture",
-                number_text(*settings_.stroke_cm));
-        else if (!network)
+        const std::string options = options_of("texture");
+        if (!options.empty())
+            add("  {}: {{{}}}", settings_.weights.empty() ? "texture" : "strokes", options);
+        else if (settings_.weights.empty())
             add("  # Wider strokes: texture: {{stroke_cm: 6}}. All options: fresco describe texture.synthesize");
-        if (settings_.size_px && !large_)
-            add("  atlas: {{size_px: {}}}", *settings_.size_px);
         if (large_)
-            add("  bake: {{size_px: {}}}", *settings_.size_px);
-        const std::string share = number_text(settings_.strength.value_or(1));
-        if (!settings_.keep.empty())
+            add("  bake: {{size_px: {}}}", size_px());
+        else if (const std::string atlas = options_of("atlas"); !atlas.empty())
+            add("  atlas: {{{}}}", atlas);
+        std::string last = mixed("texture", "mix");
+        if (has_regions())
+            last = add_regions(last);
+        if (last != "texture")
+            add("  bake: {{input: {{texture: {}}}}}", last);
+        if (lit_)
+            add("  relief: {{type: texture.relief, input: bake, {}}}\n  glb: {{input: {{relief: relief}}}}",
+                options_of("relief"));
+    }
+
+    /// A stage that exports what was baked.
+    void add_export(const std::string& stage, const std::string& name)
+    {
+        const auto with = [&](const char* type, const std::string& options)
         {
-            add("  regions: {{type: regions.planes, input: {{mesh: atlas{}}}", inputs_end());
-            add("  mixed:\n    type: texture.regions\n    input: {{photo: photo, mesh: atlas, regions: regions, painted: "
-                "texture}}");
-            add("    regions: {{{}: keep, \"*\": {{texture: painted, strength: {}}}}}", fmt::join(settings_.keep, ": keep, "),
-                share);
-        }
-        else if (settings_.strength)
-            add("  mixed: {{type: texture.mix, input: {{photo: photo, painted: texture, mesh: atlas}}, color: {0}, strokes: "
-                "{0}}}",
-                share);
-        if (mixes())
-            add("  bake: {{input: {{texture: mixed}}}}");
+            add("  {}: {{type: {}, input: {{textured_mesh: bake{}{}, {}}}", stage, type,
+                lit_ && type != std::string_view("export.mesh") ? ", relief: relief" : "", inputs_end(), options);
+        };
+        if (name == "glb")
+            with("export.gltf", "path: room.glb");
+        else if (name == "usdz")
+            with("export.usdz", "path: room.usdz, image_format: jpeg");
+        else if (name == "obj" || name == "ply")
+            with("export.mesh", fmt::format("path: room.{}", name));
+        else if (name == "page")
+            with("export.page", "path: room.html");
+        else if (name == "video" && (stage == "taken" || frames_ != "align"))
+            add("  {}: {{type: render.flythrough, input: {{mesh: bake, frames: {}}}}}", stage, frames_);
     }
 
-    void add_export(const char* name, const char* type, const std::string& options)
+    void add_views()
     {
-        add("  {}: {{type: {}, input: {{textured_mesh: bake{}, {}}}", name, type, inputs_end(), options);
-    }
-
-    void add_exports()
-    {
-        // Written already: export.model keeps the model's own format.
-        const std::string format_of_scan = lower_extension(settings_.scan);
-        const bool keeps = kind_ == ScanKind::model && (format_of_scan == ".obj" || format_of_scan == ".ply");
-        const std::string own = keeps ? format_of_scan : ".glb";
-        if (wants("glb") && own != ".glb")
-            add_export("gltf", "export.gltf", "path: room.glb");
-        if (wants("usdz"))
-            add_export("usdz", "export.usdz", "path: room.usdz, image_format: jpeg");
-        for (const char* format : {"obj", "ply"})
-            if (wants(format) && own.substr(1) != format)
-                add_export(format, "export.mesh", fmt::format("path: room.{}", format));
-        if (wants("page"))
-            add_export("page", "export.page", "path: room.html");
-        if (kind_ == ScanKind::model)
-            return;
-        const bool has_video = frames_ == "align";
-        if (wants("video") && !has_video)
-            add("  video: {{type: render.flythrough, input: {{mesh: bake, frames: {}}}}}", frames_);
-        if (!wants("video") && has_video)
-            add("  video: ~  # not wanted; --with video makes one");
-        if (!wants("views"))
+        if (settings_.for_page)
+            add("  # For the page: the mesh, with the photo, painted.\n"
+                "  mesh_view: {{type: export.gltf, input: {{mesh: mesh{0}, path: mesh.glb}}\n"
+                "  photo_bake: {{type: texture.bake, input: {{texture: photo, mesh: atlas}}}}\n"
+                "  photo_view: {{type: export.gltf, input: {{textured_mesh: photo_bake{0}, path: photo.glb, image_format: "
+                "jpeg}}\n"
+                "  view: {{type: export.gltf, input: {{textured_mesh: bake{0}, path: view.glb, image_format: jpeg}}",
+                inputs_end());
+        if (kind_ != ScanKind::model && frames_ == "align" && !wants("video"))
+            add("  video: ~{}", settings_.for_page ? "" : "  # not wanted; --with video makes one");
+        if (kind_ != ScanKind::model && settings_.for_page)
+            add("  views: ~");
+        else if (kind_ != ScanKind::model && !wants("views"))
             add("  views: {{every_count: 8}}  # every 8th frame as a picture; all: --with views");
+        if (settings_.for_page)
+            add("preview:\n  atlas: {{size_px: {}}}{}", size_px() > 0 ? std::min(size_px(), usual_px) : usual_px,
+                large_ ? fmt::format("\n  bake: {{size_px: {}}}", usual_px) : "");
+        else if (kind_ != ScanKind::model)
+            add("preview:\n  views: {{every_count: 8, height_px: 480}}");
+    }
+
+    void add_sight(const char* name, const std::string& style, const Value& view)
+    {
+        std::string options;
+        for (const auto& [option, value] : view.as_map())
+            if (!is_name(option))
+                throw UsageError(option + ": not an option of mesh.in_view");
+            else
+                options += ", " + option + ": " + to_json(value);
+        add("  {}: {{type: mesh.in_view, input: {{mesh: atlas, texture: photo{}{}}}{}}}", name, style,
+            has_regions() ? ", regions: regions" : "", options);
+    }
+
+    /// Paints with one round at each scale what is in view, in the colors that the whole would get.
+    void add_look(const char* stage, const char* sight, const std::string& picture, const Value& view)
+    {
+        const bool recolors = !has("texture.recolor") || chosen_.at("texture.recolor").as_bool();
+        add_sight(sight, recolors ? fmt::format(", style: {{file: {}}}", picture) : "", view);
+        add("  {0}: {{input: {{mesh: {1}.mesh, start: {1}.texture}}, recolor: false, levels_count: 2, rounds_count: 1{2}}}",
+            stage, sight, has("texture.detail") ? "" : ", detail: 0");
     }
 
     const Settings& settings_;
+    const Value& chosen_;
     ScanKind kind_;
     bool large_ = false;
+    bool lit_ = false;
     std::string frames_;  ///< The stage whose frames exporters take; empty: none.
     std::string text_;
 };
@@ -213,6 +341,22 @@ ScanKind kind_of(const fs::path& scan)
     return is_among(extension, models) ? ScanKind::model : ScanKind::recording;
 }
 
+void check_chosen(const Value& chosen)
+{
+    for (const auto& [key, value] : chosen.as_map())
+    {
+        const std::size_t dot = std::min(key.find('.'), key.size() - 1);
+        const bool is_option = is_among(key.substr(0, dot), {"texture", "atlas", "relief"}) && is_name(key.substr(dot + 1)) &&
+                               (value.is_number() || value.is_bool() || value.is_string());
+        const bool is_strength = (key == "strength.color" || key == "strength.strokes") && value.is_number();
+        const bool is_keep = key == "keep" && value.is_list() && !value.as_list().empty() &&
+                             std::ranges::all_of(value.as_list(), [](const Value& region)
+                                                 { return region.is_string() && is_name(region.as_string()); });
+        if (!is_option && !is_strength && !is_keep && !(key == "walls" && value.is_string()))
+            throw UsageError(key + ": not a setting of a painting");
+    }
+}
+
 const std::vector<std::string>& exports()
 {
     static const std::vector<std::string> names{"glb", "usdz", "obj", "ply", "page", "video", "views"};
@@ -222,6 +366,16 @@ const std::vector<std::string>& exports()
 std::string pipeline_text(const Settings& settings, ScanKind kind)
 {
     return Writer(settings, kind).take();
+}
+
+std::pair<std::string, std::string> export_text(const Settings& settings, ScanKind kind, const std::string& name)
+{
+    return Writer(settings, kind).take_export(name);
+}
+
+std::string look_text(const Settings& settings, ScanKind kind, const Value& view)
+{
+    return Writer(settings, kind).take_look(view);
 }
 
 std::string with_heading(const std::string& text, const std::string& command)

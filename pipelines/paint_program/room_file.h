@@ -1,10 +1,11 @@
 #pragma once
 
 #include <fresco/error.h>
+#include <fresco/value.h>
 
 #include <filesystem>
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// \file What a user asks for, a scan, pictures and a few settings, as a pipeline file: a short room.yaml that extends a pipeline
@@ -33,19 +34,30 @@ struct Settings
 {
     std::filesystem::path scan;
     std::vector<std::filesystem::path> pictures;  ///< At least one. Several: the axis `picture` of a matrix.
-    std::optional<double> stroke_cm{};            ///< Unset: the size of the surface decides.
-    std::optional<double> strength{};             ///< 0 (photo) to 1.
-    std::vector<std::string> keep{};              ///< Regions of regions.planes that stay as photographed.
-    std::optional<int> size_px{};                 ///< Texels per side; above 4096 with the picture's own detail.
-    std::vector<std::string> with{};              ///< Names among exports().
-    std::filesystem::path weights{};              ///< VGG-19 for StyleMesh; empty: copy brush strokes.
+    /// {"texture.stroke_cm": 6}: options of the stages texture, atlas and relief, the last of which is added for them; and
+    /// "strength.color" and "strength.strokes" (0: photo, 1: painting), "keep" (regions of regions.planes that stay as
+    /// photographed), "walls" (another picture for walls and ceiling). Above 4096, "atlas.size_px" copies the picture's own
+    /// detail.
+    Value chosen{Value::Map{}};
+    std::vector<std::string> with{};  ///< Names among exports().
+    std::filesystem::path weights{};  ///< VGG-19 for StyleMesh; empty: copy brush strokes.
+    bool for_page = false;            ///< With mesh.glb, photo.glb and view.glb for fresco studio, without views and video.
 };
 
 /// The names that Settings::with may have.
 const std::vector<std::string>& exports();
 
+/// Throws UsageError naming the first of Settings::chosen that cannot be chosen.
+void check_chosen(const Value& chosen);
+
 /// A pipeline file without its heading. Throws UsageError naming the setting where the kind of scan does not go with it.
 std::string pipeline_text(const Settings& settings, ScanKind kind);
+
+/// A file that extends "painting.yaml", a pipeline_text, by what `name` among exports() needs; and the stage with its files.
+std::pair<std::string, std::string> export_text(const Settings& settings, ScanKind kind, const std::string& name);
+
+/// A file that extends "painting.yaml" and paints quickly what mesh.in_view sees with these options.
+std::string look_text(const Settings& settings, ScanKind kind, const Value& view);
 
 /// The text with a heading that has its hash, so that editing shows. `command`: runs the file.
 std::string with_heading(const std::string& text, const std::string& command);

@@ -1,13 +1,15 @@
 #include "folder.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fnmatch.h>
-#include <fstream>
 #include <set>
 
 namespace fresco::studio
@@ -19,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr int deepest = 3;
 constexpr std::size_t most_entries = 20'000;
 const std::set<std::string> picture_extensions{".jpg", ".jpeg", ".png", ".webp", ".avif", ".heic", ".bmp"};
-const std::set<std::string> model_extensions{".glb", ".gltf", ".obj", ".ply"};
+const std::set<std::string> model_extensions{".glb", ".gltf", ".obj", ".ply", ".splat", ".spz", ".sog"};
 
 /// Names in a folder, without hidden ones, sorted; `budget` falls by their number.
 std::vector<fs::path> entries_of(const fs::path& folder, std::size_t& budget)
@@ -113,7 +115,6 @@ class Search
     Contents found()
     {
         look_at(folder_, 0);
-        contents.complete = budget_ > 0;
         return std::move(contents);
     }
 
@@ -133,23 +134,26 @@ class Search
         const auto layout = std::ranges::find_if(layouts_, [&](const Layout& each) { return fits(folder, each, budget_); });
         if (layout != layouts_.end())
         {
-            contents.scans.push_back({name_of(folder), ScanKind::recording, layout->type, thumbnail_of(folder, folder_, 3)});
+            contents.scans.push_back(
+                {name_of(folder), paint::ScanKind::recording, layout->type, thumbnail_of(folder, folder_, 3)});
             if (depth > 0)
                 return;
         }
         std::vector<fs::path> folders;
         for (const fs::path& entry : entries_of(folder, budget_))
         {
+            if (fs::is_symlink(entry, error) && !below(folder_, name_of(entry)))
+                continue;  // Links that lead out are not opened either.
             if (fs::is_directory(entry, error))
                 folders.push_back(entry);
             else if (is_picture(entry) && layout == layouts_.end())
                 contents.pictures.push_back(name_of(entry));
             else if (const std::string extension = lower_extension(entry); is_model(entry) && layout == layouts_.end())
-                contents.scans.push_back({name_of(entry), ScanKind::model, {}, {}});
+                contents.scans.push_back({name_of(entry), paint::kind_of(entry), {}, {}});
             else
                 for (const Layout& each : layouts_)
                     if (extension != ".json" && std::ranges::find(each.extensions, extension) != each.extensions.end())
-                        contents.scans.push_back({name_of(entry), ScanKind::recording, each.type, {}});
+                        contents.scans.push_back({name_of(entry), paint::ScanKind::recording, each.type, {}});
         }
         if (depth < deepest && layout == layouts_.end())
             for (const fs::path& inner : folders)
@@ -161,30 +165,6 @@ class Search
     std::size_t budget_ = most_entries;
     Contents contents;
 };
-
-/// Whether the file begins as files of this extension do; those of text formats have no zero byte near their beginning.
-bool looks_like(const fs::path& file, const std::string& extension)
-{
-    std::array<char, 512> bytes{};
-    std::ifstream stream(file, std::ios::binary);
-    stream.read(bytes.data(), bytes.size());
-    const std::string_view begin(bytes.data(), static_cast<std::size_t>(stream.gcount()));
-    if (extension == ".jpg" || extension == ".jpeg")
-        return begin.starts_with("\xff\xd8\xff");
-    if (extension == ".png")
-        return begin.starts_with("\x89PNG\r\n\x1a\n");
-    if (extension == ".webp")
-        return begin.starts_with("RIFF") && begin.substr(8).starts_with("WEBP");
-    if (extension == ".heic" || extension == ".avif")
-        return begin.size() > 12 && begin.substr(4).starts_with("ftyp");
-    if (extension == ".bmp")
-        return begin.starts_with("BM");
-    if (extension == ".glb")
-        return begin.starts_with("glTF");
-    if (extension == ".ply")
-        return begin.starts_with("ply");
-    return !begin.empty() && begin.find('\0') == std::string_view::npos;
-}
 }  // namespace
 
 std::optional<fs::path> below(const fs::path& base, std::string_view name)
@@ -230,8 +210,6 @@ std::string take_in(const fs::path& upload, const fs::path& folder, const std::s
     if (extension == ".gltf" || extension == ".obj")
         throw Error(wanted + ": its pictures are files of their own: put all of them into " + folder.string() +
                     ", or save it as GLB");
-    if (!looks_like(upload, extension))
-        throw Error(wanted + ": not a " + extension.substr(1) + " file, whatever its name says");
     std::string stem;
     for (const char c : fs::path(wanted).stem().string())
         stem += static_cast<unsigned char>(c) < 0x20 || c == '/' || c == 0x7F ? '_' : c;
@@ -243,13 +221,14 @@ std::string take_in(const fs::path& upload, const fs::path& folder, const std::s
     for (int count = 1; count < 10'000; ++count)
     {
         const std::string name = stem + (count > 1 ? fmt::format("_{}", count) : "") + extension;
-        std::error_code error;
-        // A link and not a rename: it never replaces a file.
-        fs::create_hard_link(upload, folder / name, error);
-        if (!error)
+        // An empty file of one's own first, so that the rename replaces nobody's: links are not to be had everywhere.
+        if (const FileDescriptor own(open((folder / name).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)); own.valid())
+        {
+            fs::rename(upload, folder / name);
             return name;
-        if (error != std::errc::file_exists)
-            throw Error(name + ": cannot be written: " + error.message());
+        }
+        if (errno != EEXIST)
+            throw Error(name + ": cannot be written: " + std::strerror(errno));
     }
     throw Error(wanted + ": too many files of this name");
 }
@@ -259,13 +238,14 @@ Value as_value(const Contents& contents)
     Value::List scans;
     for (const Scan& scan : contents.scans)
         scans.push_back(Value::Map{{"name", scan.name},
-                                   {"kind", scan.kind == ScanKind::model ? "model" : "recording"},
+                                   {"kind", scan.kind == paint::ScanKind::model    ? "model"
+                                            : scan.kind == paint::ScanKind::splats ? "splat"
+                                                                                   : "recording"},
                                    {"layout", scan.layout},
                                    {"thumbnail", scan.thumbnail}});
     return Value::Map{{"scans", std::move(scans)},
                       {"pictures", Value::List(contents.pictures.begin(), contents.pictures.end())},
-                      {"runs", Value::List(contents.runs.begin(), contents.runs.end())},
-                      {"complete", contents.complete}};
+                      {"runs", Value::List(contents.runs.begin(), contents.runs.end())}};
 }
 
 }  // namespace fresco::studio

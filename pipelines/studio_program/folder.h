@@ -1,6 +1,7 @@
 #pragma once
 
 #include <fresco/value.h>
+#include <room_file.h>
 
 #include <filesystem>
 #include <optional>
@@ -25,16 +26,10 @@ struct Layout
     std::vector<std::string> extensions{};  ///< Extensions of recordings that are one file.
 };
 
-enum class ScanKind
-{
-    recording,
-    model
-};
-
 struct Scan
 {
     std::string name;  ///< Relative to the folder; ".": the folder itself.
-    ScanKind kind = ScanKind::recording;
+    paint::ScanKind kind = paint::ScanKind::recording;
     std::string layout;     ///< Type of a recording's layout.
     std::string thumbnail;  ///< A picture of it, relative to the folder; empty: none.
 };
@@ -44,7 +39,6 @@ struct Contents
     std::vector<Scan> scans;
     std::vector<std::string> pictures;  ///< Relative to the folder.
     std::vector<std::string> runs;      ///< Output folders with a progress.jsonl.
-    bool complete = true;               ///< False: the folder has more than is looked at.
 };
 
 /// Looks at most three folders deep and at 20 000 entries; hidden ones are passed over, and what is inside of a recording is its
@@ -52,13 +46,14 @@ struct Contents
 Contents contents_of(const std::filesystem::path& folder, const std::vector<Layout>& layouts);
 
 bool is_picture(const std::filesystem::path& file);
+/// A model or splats in one file that the page may offer.
 bool is_model(const std::filesystem::path& file);
 
 /// Moves an uploaded file into the folder under a name like `wanted`, never over another file; gives the name. Throws Error for
-/// a name that is neither a picture's nor a model's, or contents that are not what the extension says.
+/// a name that is neither a picture's nor a model's; `fresco run` refuses contents that are not what the name says.
 std::string take_in(const std::filesystem::path& upload, const std::filesystem::path& folder, const std::string& wanted);
 
-/// For errors and tests: {scans: [{name, kind, layout, thumbnail}], pictures, runs, complete}
+/// For errors and tests: {scans: [{name, kind, layout, thumbnail}], pictures, runs}
 Value as_value(const Contents& contents);
 
 }  // namespace fresco::studio

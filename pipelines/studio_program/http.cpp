@@ -15,10 +15,10 @@
 #include <fmt/format.h>
 #include <limits>
 #include <mutex>
-#include <set>
 #include <sys/random.h>
 #include <sys/socket.h>
 #include <thread>
+#include <utility>
 
 namespace fresco::studio
 {
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using tcp = asio::ip::tcp;
 
 constexpr std::uint32_t most_head_bytes = 16384;
-constexpr int most_connections = 64;
+constexpr std::size_t most_connections = 64;
 
 /// Takes as long for a wrong token as for a right one.
 bool equal_in_constant_time(std::string_view a, std::string_view b)
@@ -71,6 +71,8 @@ void add_head(http::fields& fields, const Response& response)
     fields.set("X-Content-Type-Options", "nosniff");
     fields.set("Referrer-Policy", "no-referrer");
     fields.set("Cross-Origin-Resource-Policy", "same-origin");
+    if (!response.location.empty())
+        fields.set(http::field::location, response.location);
     if (!response.download.empty())
     {
         std::string name;
@@ -104,8 +106,7 @@ struct Server::State
     explicit State(ServerOptions given) : options(std::move(given)), acceptor(context) {}
 
     /// Why the request is refused; nullopt: it is not. Fills `request`.
-    std::optional<Response> check(const http::fields& head, const std::string& method, std::string_view target,
-                                  Request& request) const
+    std::optional<Response> check(const http::fields& head, const std::string& method, std::string_view target, Request& request)
     {
         const std::string host(head[http::field::host]);
         if (std::ranges::find(hosts, host) == hosts.end())
@@ -119,8 +120,10 @@ struct Server::State
             return refusal(400, "not a path");
         target.remove_prefix(1);
         const std::string_view token = target.substr(0, target.find_first_of("/?"));
+        if (is_entrance(token))
+            return Response{.status = 303, .location = "/" + options.token + "/"};
         if (!equal_in_constant_time(token, options.token))
-            return refusal(403, "the address lacks its token: open the one that fresco studio has printed");
+            return refusal(403, "the address lacks its token, or was used before: open the one that fresco studio has printed");
         target.remove_prefix(token.size());
         if (!target.starts_with('/'))
             return refusal(404, "the address ends with a '/' after the token");
@@ -134,6 +137,12 @@ struct Server::State
         request.path = *path;
         request.query = *query;
         return std::nullopt;
+    }
+
+    bool is_entrance(std::string_view code)
+    {
+        const std::lock_guard lock(mutex);
+        return !entrance.empty() && equal_in_constant_time(code, entrance) && !std::exchange(entrance, {}).empty();
     }
 
     void send(tcp::socket& stream, const Response& response, bool keep_alive, unsigned version) const
@@ -168,7 +177,7 @@ struct Server::State
         }
     }
 
-    void converse(tcp::socket& stream) const
+    void converse(tcp::socket& stream)
     {
         beast::flat_buffer buffer(std::size_t{1} << 20U);
         for (beast::error_code error; !error;)
@@ -179,6 +188,7 @@ struct Server::State
             http::read_header(stream, buffer, head, error);
             if (error)
                 break;
+            note(stream.native_handle(), true);
             const auto& fields = head.get();
             const unsigned version = fields.version();
             const bool keep_alive = fields.keep_alive();
@@ -210,6 +220,7 @@ struct Server::State
                 while (!error && !parser.is_done())
                 {
                     http::read_some(stream, buffer, parser, error);
+                    note(stream.native_handle(), true);
                 }
                 parser.get().body().close();
                 request.upload = upload->path();
@@ -231,26 +242,40 @@ struct Server::State
         stream.shutdown(tcp::socket::shutdown_send, ignored);
     }
 
-    /// Keeps the handle of an open connection, so that stop() can end it while it waits for its next request.
+    /// Keeps the handle of an open connection and when it last said something, so that stop() and make_room() can end it while it
+    /// waits for its next request.
     void note(int handle, bool is_open)
     {
         const std::lock_guard lock(mutex);
         if (is_open)
-            handles.insert(handle);
+            heard[handle] = std::chrono::steady_clock::now();
         else
-            handles.erase(handle);
+            heard.erase(handle);
         if (is_open && stopped)
             ::shutdown(handle, SHUT_RDWR);
+    }
+
+    /// Ends the connection that has been silent longest where there are too many: idle ones keep nobody out.
+    void make_room()
+    {
+        const std::lock_guard lock(mutex);
+        if (heard.size() >= most_connections)
+        {
+            const auto silent = std::ranges::min_element(heard, {}, [](const auto& each) { return each.second; });
+            ::shutdown(silent->first, SHUT_RDWR);
+            heard.erase(silent);
+        }
     }
 
     ServerOptions options;
     asio::io_context context;
     tcp::acceptor acceptor;
     std::vector<std::string> hosts;
-    std::atomic<int> connections = 0;
+    std::atomic<std::size_t> connections = 0;
     std::atomic<bool> stopped = false;
     std::mutex mutex;
-    std::set<int> handles;
+    std::map<int, std::chrono::steady_clock::time_point> heard;  ///< By the handles of open connections.
+    std::string entrance;
 };
 
 Response refusal(int status, const std::string& text)
@@ -330,6 +355,13 @@ std::string Server::address() const
     return "http://" + state_->hosts.front() + "/" + state_->options.token + "/";
 }
 
+std::string Server::new_entrance()
+{
+    const std::lock_guard lock(state_->mutex);
+    state_->entrance = random_token();
+    return "http://" + state_->hosts.front() + "/" + state_->entrance + "/";
+}
+
 void Server::serve()
 {
     while (!state_->stopped)
@@ -339,8 +371,10 @@ void Server::serve()
         state_->acceptor.accept(socket, error);
         if (error)
             std::this_thread::sleep_for(std::chrono::milliseconds(10));  // Descriptors may be free again.
-        if (error || state_->stopped || state_->connections >= most_connections)
+        if (error || state_->stopped || state_->connections >= 2 * most_connections)
             continue;
+        state_->make_room();
+        state_->note(socket.native_handle(), true);
         ++state_->connections;
         std::thread(
             [state = state_.get()](tcp::socket taken)
@@ -348,7 +382,6 @@ void Server::serve()
                 {
                     // Closed before the state may go, whose context it belongs to.
                     tcp::socket stream = std::move(taken);
-                    state->note(stream.native_handle(), true);
                     try
                     {
                         state->converse(stream);
@@ -374,7 +407,7 @@ void Server::stop()
     const std::lock_guard lock(state_->mutex);
     state_->stopped = true;
     ::shutdown(state_->acceptor.native_handle(), SHUT_RDWR);
-    for (const int handle : state_->handles)
+    for (const auto& [handle, unused] : state_->heard)
         ::shutdown(handle, SHUT_RDWR);
 }
 

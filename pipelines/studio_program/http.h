@@ -11,7 +11,8 @@
 
 /// \file A web server for one user on one machine. Everything that a stranger's page could use against it is refused before a
 /// handler sees the request: another Host (DNS rebinding), another Origin, a missing token, a body that is too large. Paths begin
-/// with the token, so that every relative address in the page carries it.
+/// with the token, so that every relative address in the page carries it. The browser that is opened gets a code in its place,
+/// which works once: whoever may read this machine's list of processes finds it spent.
 
 namespace fresco::studio
 {
@@ -31,6 +32,7 @@ struct Response
     std::string type = "application/json";
     std::string body{};
     std::filesystem::path file{};  ///< Sent instead of the body.
+    std::string location{};        ///< The address that a status of 303 leads to.
     std::string download{};        ///< Name under which the browser saves it; empty: it shows it.
 };
 
@@ -71,6 +73,8 @@ class Server
     std::uint16_t port() const;
     /// "http://127.0.0.1:8123/TOKEN/"
     std::string address() const;
+    /// An address that leads to the other one, once; the one given before is void.
+    std::string new_entrance();
     /// Serves until stop(), which any thread may call.
     void serve();
     void stop();

@@ -11,7 +11,8 @@
 #include <fresco/process.h>
 #include <fresco/wording.h>
 
-#include <CLI/CLI.hpp>
+#include <command_program.h>
+
 #include <algorithm>
 #include <array>
 #include <csignal>
@@ -19,6 +20,8 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fstream>
+#include <iterator>
 #include <sys/file.h>
 #include <thread>
 #include <unistd.h>
@@ -147,13 +150,8 @@ class Studio
         const JsonPlace place(body, "request");
         if (path == "api/paint")
         {
-            place.has_only({"scan", "picture", "settings", "care"});
-            const std::string care = place["care"].text();
-            Value asked = body;
-            return started(runs_.paint(request_of(asked), asked,
-                                       care == "full"    ? Care::full
-                                       : care == "quick" ? Care::quick
-                                                         : Care::preview));
+            place.has_only({"scan", "picture", "settings", "care", "view"});
+            return started(runs_.paint(settings_of(body), body, place["care"].text()));
         }
         if (path == "api/take")
         {
@@ -161,7 +159,7 @@ class Studio
             const auto painting = runs_.find(id);
             if (!painting)
                 throw Error(id + ": no such painting");
-            return started(runs_.take(id, request_of(painting->request), place["kind"].text()));
+            return started(runs_.take(id, settings_of(painting->request), place["kind"].text()));
         }
         if (path == "api/cancel")
             runs_.cancel();
@@ -202,7 +200,7 @@ class Studio
     }
 
     /// Throws Error naming what is not there.
-    PaintingRequest request_of(const Value& asked) const
+    paint::Settings settings_of(const Value& asked) const
     {
         const JsonPlace place(asked, "request");
         const auto existing = [](const std::optional<fs::path>& path, const std::string& name)
@@ -211,15 +209,14 @@ class Studio
                 throw Error(name + ": not in the folder any more");
             return *path;
         };
-        PaintingRequest request;
-        const std::string scan = place["scan"].text();
-        request.scan = existing(below(folder_, scan), scan);
-        request.is_model = is_model(request.scan);
-        request.picture = existing(picture(place["picture"].text()), place["picture"].text());
-        request.settings = place["settings"].value();
-        if (const Value* walls = request.settings.find("walls"))
-            request.settings.set("walls", existing(picture(walls->as_string()), walls->as_string()).string());
-        return request;
+        const std::string scan = place["scan"].text(), style = place["picture"].text();
+        paint::Settings settings{.scan = existing(below(folder_, scan), scan),
+                                 .pictures = {existing(picture(style), style)},
+                                 .chosen = place["settings"].value(),
+                                 .for_page = true};
+        if (const Value* walls = settings.chosen.find("walls"))
+            settings.chosen.set("walls", existing(picture(walls->as_string()), walls->as_string()).string());
+        return settings;
     }
 
     Response as_pipeline(const Request& request) const
@@ -229,7 +226,7 @@ class Studio
         if (!painting)
             return refusal(404, "no such painting");
         return json(Value::Map{{"text", read_text_file(runs_.folder_of(id) / "painting.yaml")},
-                               {"command", runs_.command_line(id, request_of(painting->request))},
+                               {"command", fmt::format("fresco run painting.yaml{}", id == "preview" ? " --preview" : "")},
                                {"folder", runs_.folder_of(id).string()}});
     }
 
@@ -241,7 +238,9 @@ class Studio
         if (error || slash + 1 >= path.size())
             return refusal(404, "no such painting");
         return file_response(below(folder, path.substr(slash + 1)),
-                             {".jsonl", ".jpg", ".png", ".glb", ".usdz", ".obj", ".mtl", ".ply", ".html", ".mp4"}, request);
+                             {".jsonl", ".jpg", ".png", ".glb", ".gltf", ".bin", ".usdz", ".obj", ".mtl", ".ply", ".html", ".mp4",
+                              ".spz", ".splat"},
+                             request);
     }
 
     static Response file_response(const std::optional<fs::path>& file, std::initializer_list<std::string_view> extensions,
@@ -262,8 +261,9 @@ class Studio
         if (const auto from = request.query.find("from"); from != request.query.end())
         {
             // A page asks for the rest of a log that it has read up to there.
-            response.body = read_text_file(*file);
-            response.body.erase(0, std::strtoull(from->second.c_str(), nullptr, 10));
+            std::ifstream stream(*file, std::ios::binary);
+            stream.seekg(static_cast<std::streamoff>(std::strtoull(from->second.c_str(), nullptr, 10)));
+            response.body.assign(std::istreambuf_iterator<char>(stream), {});
             response.file.clear();
         }
         // Never shown as a page of this address, whatever it holds.
@@ -355,7 +355,7 @@ int serve(const Arguments& arguments)
     fmt::print("{}\n", server.address());
     std::fflush(stdout);
     if (!arguments.no_browser)
-        open_browser(server.address());
+        open_browser(server.new_entrance());
     std::thread ending(
         [&]
         {
@@ -371,7 +371,6 @@ int serve(const Arguments& arguments)
 
 int main(int argc, char** argv)
 {
-    std::signal(SIGPIPE, SIG_IGN);
     CLI::App app("Paint scans in a page in the browser: choose, preview, paint, go back, take along", "fresco studio");
     Arguments arguments;
     app.add_option("folder", arguments.folder, "Folder with scans, models and pictures, or of a run to watch")
@@ -383,35 +382,5 @@ int main(int argc, char** argv)
                    "Address of this machine to serve at; any but 127.0.0.1 lets in anyone who has the page's address")
         ->capture_default_str();
     app.add_flag("--no-browser", arguments.no_browser, "Only print the address");
-    app.set_help_all_flag("--help-all", "Print the help of all commands");
-    if (argc > 1 && std::string_view(argv[1]) == "internal-complete")
-    {
-        const std::string_view last = argv[argc - 1];
-        for (const char* word : {"--host", "--no-browser", "--port"})
-            if (last.starts_with('-') && std::string_view(word).starts_with(last))
-                fmt::print("{}\n", word);
-        if (!last.starts_with('-'))
-            fmt::print(":files\n");
-        return 0;
-    }
-    try
-    {
-        app.parse(argc, argv);
-        return serve(arguments);
-    }
-    catch (const CLI::ParseError& error)
-    {
-        constexpr int exit_usage = 2;
-        return app.exit(error) == 0 ? 0 : exit_usage;
-    }
-    catch (const MissingInput& error)
-    {
-        fmt::print(stderr, "error: {}\n", error.what());
-        return 3;
-    }
-    catch (const std::exception& error)
-    {
-        fmt::print(stderr, "error: {}\n", error.what());
-        return 1;
-    }
+    return paint::run_command(app, argc, argv, [&] { return serve(arguments); });
 }

@@ -26,11 +26,6 @@ bool is_id(const std::string& id)
            (!id.empty() && id.size() < 10 && std::ranges::all_of(id, [](char c) { return c >= '0' && c <= '9'; }));
 }
 
-const char* name_of(Care care)
-{
-    return care == Care::full ? "full" : care == Care::preview ? "preview" : "quick";
-}
-
 Process started(const fs::path& program, const std::vector<std::string>& words)
 {
     ProcessStart start{.file = program, .arguments = {program.filename()}, .own_session = true};
@@ -57,6 +52,16 @@ ProcessEnd end_of(const Process& process)
 Runs::Runs(fs::path program, fs::path studio) : program_(std::move(program)), studio_(std::move(studio))
 {
     fs::create_directories(studio_ / "paintings");
+    try
+    {
+        // First looks and previews of other days; the paintings' results stay.
+        if (fs::exists(studio_ / "store"))
+            answer_of({"store", "gc", "--keep-days", "1", "--store", studio_ / "store"});
+    }
+    catch (const Error& error)
+    {
+        fmt::print(stderr, "warning: old previews stay: {}\n", error.what());
+    }
     resume();
     thread_ = std::thread([this] { work(); });
 }
@@ -95,12 +100,17 @@ std::string Runs::answer_of(const std::vector<std::string>& words) const
     return text;
 }
 
-Started Runs::paint(const PaintingRequest& request, const Value& asked, Care care)
+Started Runs::paint(const paint::Settings& settings, const Value& asked, const std::string& care)
 {
-    const std::string text = pipeline_text(request);
+    if (care != "quick" && care != "preview" && care != "full")
+        throw Error("care: expected quick, preview or full");
+    const paint::ScanKind kind = paint::kind_of(settings.scan);
+    const std::string text = paint::pipeline_text(settings, kind);
+    const Value* view = asked.find("view");
+    const std::string look = view != nullptr && care == "quick" ? paint::look_text(settings, kind, *view) : "";
     const std::lock_guard one_at_a_time(asking_);
     std::string id = "preview";
-    if (care == Care::full)
+    if (care == "full")
     {
         int last = 0;
         for (const Painting& painting : paintings())
@@ -112,31 +122,40 @@ Started Runs::paint(const PaintingRequest& request, const Value& asked, Care car
     fs::create_directories(folder);
     write_durable_file(folder / "painting.yaml", text);
     write_durable_file(folder / "painting.json", to_json(asked));
+    if (!look.empty())
+        write_durable_file(folder / "look.yaml", look);
     Job job{.id = id,
-            .care = name_of(care),
+            .care = care,
             .folder = folder,
             .log = folder / "log.jsonl",
-            .words = {"run", folder / "painting.yaml"}};
-    const auto more = run_arguments(request, care);
-    job.words.insert(job.words.end(), more.begin(), more.end());
+            .words = {"run", folder / (look.empty() ? "painting.yaml" : "look.yaml")}};
+    const auto add = [&](std::initializer_list<const char*> more)
+    { job.words.insert(job.words.end(), more.begin(), more.end()); };
+    if (care != "full")
+        add({"--preview", "--without", "glb"});
+    if (care != "full" && kind == paint::ScanKind::splats)
+        add({"--without", "painted"});
+    if (care != "full" && text.find("\n  relief: ") != std::string::npos)
+        add({"--without", "relief"});
+    if (care == "quick" && look.empty())
+        add({"--set", "texture.levels_count=1", "--set", "texture.rounds_count=1", "--set", "atlas.size_px=512"});
     write_durable_file(folder / "words.json", to_json(Value::List(job.words.begin(), job.words.end())));
     write_durable_file(folder / "state", std::string_view("running"));
-    std::ofstream(job.log, std::ios::trunc).flush();
     return start(std::move(job));
 }
 
-Started Runs::take(const std::string& id, const PaintingRequest& request, const std::string& kind)
+Started Runs::take(const std::string& id, const paint::Settings& settings, const std::string& kind)
 {
     const std::lock_guard one_at_a_time(asking_);
     const fs::path folder = folder_of(id);
     refuse_if_painting();
-    write_durable_file(folder / (kind + ".yaml"), export_text(request, kind));
-    std::ofstream(folder / "export.jsonl", std::ios::trunc).flush();
+    const auto [text, stage] = paint::export_text(settings, paint::kind_of(settings.scan), kind);
+    write_durable_file(folder / (kind + ".yaml"), text);
     return start({.id = id,
                   .care = "export",
                   .folder = folder,
                   .log = folder / "export.jsonl",
-                  .words = {"run", folder / (kind + ".yaml"), "--until", "taken"},
+                  .words = {"run", folder / (kind + ".yaml"), "--until", stage},
                   .is_painting = false});
 }
 
@@ -145,6 +164,10 @@ Started Runs::start(Job job)
     const std::string id = job.id;
     const std::lock_guard lock(mutex_);
     job.serial = ++serial_;
+    if (id == "preview")  // The one that it ends still writes into its own.
+        job.log = job.folder / fmt::format("log{}.jsonl", serial_);
+    else
+        std::ofstream(job.log, std::ios::trunc).flush();
     next_ = std::move(job);
     changed_.notify_all();
     return {id, serial_};
@@ -216,14 +239,6 @@ Value Runs::running() const
         {"id", job->id}, {"care", job->care}, {"serial", job->serial}, {"request", painting ? painting->request : Value()}};
 }
 
-std::string Runs::command_line(const std::string& id, const PaintingRequest& request) const
-{
-    std::string line = "fresco run painting.yaml";
-    for (const std::string& word : run_arguments(request, id == "preview" ? Care::preview : Care::full))
-        line += " " + word;
-    return line;
-}
-
 /// The newest painting that was being made when this program was killed is made on.
 void Runs::resume()
 {
@@ -275,6 +290,12 @@ void Runs::work()
 /// On this thread, because the kernel ends a program with the thread that started it.
 void Runs::run(const Job& job)
 {
+    if (job.id == "preview")
+        for (const fs::directory_entry& entry : fs::directory_iterator(job.folder))
+            if (entry.path().extension() == ".jsonl")
+                fs::remove(entry.path());
+    if (job.is_painting)
+        write_durable_file(job.folder / "state", std::string_view("running"));
     std::ofstream log(job.log, std::ios::trunc);
     std::vector<std::string> words = job.words;
     for (const std::string& word : std::initializer_list<std::string>{"--json-log", "--no-report", "--replace", "--store",

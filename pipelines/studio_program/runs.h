@@ -1,8 +1,7 @@
 #pragma once
 
-#include "pipeline_text.h"
-
 #include <fresco/value.h>
+#include <room_file.h>
 
 #include <condition_variable>
 #include <filesystem>
@@ -15,8 +14,8 @@
 
 /// \file Paintings, and the one `fresco run` at a time that makes them. A painting is a folder below STUDIO/paintings:
 /// painting.json (what was asked for), painting.yaml, log.jsonl (the events of --json-log), out/ and thumb.jpg; its name is its
-/// number. The folder `preview` is one, too, which the next preview replaces. Whenever the program is killed, paintings stay, and
-/// the one that was being made is resumed by the next Runs.
+/// number. The folder `preview` is one, too, which the next preview replaces; its logs are log<serial>.jsonl. Whenever the
+/// program is killed, paintings stay, and the one that was being made is resumed by the next Runs.
 
 namespace fresco::studio
 {
@@ -46,11 +45,12 @@ class Runs
     Runs(const Runs&) = delete;
     Runs& operator=(const Runs&) = delete;
 
-    /// Begins a painting under its id: a new number, or "preview" unless `care` is full. A preview ends for whatever comes next;
-    /// throws Error while another run is under way.
-    Started paint(const PaintingRequest& request, const Value& asked, Care care);
+    /// Begins a painting under its id: a new number, or "preview" unless `care` is "full"; "quick" is a first look, of what is in
+    /// `asked["view"]` (options of mesh.in_view), or with fewer texels and rounds than a preview has. A preview ends for whatever
+    /// comes next; throws Error while another run is under way.
+    Started paint(const paint::Settings& settings, const Value& asked, const std::string& care);
     /// Makes an export of a finished painting; its files are in the log export.jsonl of that painting.
-    Started take(const std::string& id, const PaintingRequest& request, const std::string& kind);
+    Started take(const std::string& id, const paint::Settings& settings, const std::string& kind);
     /// Ends the run under way; nothing half stays but what the store needs to go on.
     void cancel();
     /// Throws Error if there is no such painting, or while it is being made.
@@ -62,8 +62,6 @@ class Runs
     /// {id, care, serial, request}, or null; `request` is what the page sent.
     Value running() const;
     std::filesystem::path folder_of(const std::string& id) const;
-    /// `fresco run painting.yaml …`, as a shell takes it.
-    std::string command_line(const std::string& id, const PaintingRequest& request) const;
 
     /// The standard output of `fresco WORDS…`. Throws Error with what it printed if it fails.
     std::string answer_of(const std::vector<std::string>& words) const;

@@ -100,12 +100,19 @@ console.log(`a model dropped: its first look after ${Date.now() - begin} ms`);
 await ready(browser, "preview");
 const first = await browser.seen();
 assert(first.part > 0.3, `the room fills ${first.part} of the canvas`);
+// From now on there is something in sight: the first look is of that only.
+await browser.evaluate(`{
+    const glimpsed = view.glimpsed.bind(view);
+    window.glimpses = 0;
+    view.glimpsed = async (...words) => { await glimpsed(...words); ++window.glimpses; };
+}`);
 begin = Date.now();
 await drop(browser, picture);
 await until(browser, `chosen.picture === "sea_waves.jpg" && watched?.care === "preview" && !watched.end`);
 console.log(`a second picture: seen after ${Date.now() - begin} ms`);
 await ready(browser, "preview");
 const second = await browser.seen();
+assert.equal(await browser.evaluate("window.glimpses"), 1);
 assert.notEqual(second.sum, first.sum);
 
 // The slider leads to the photo and back.

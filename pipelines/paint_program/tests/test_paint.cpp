@@ -45,9 +45,10 @@ class Workplace
     }
     Settings settings(const char* scan = "my scan") const { return {.scan = file(scan), .pictures = {file("a.png")}}; }
     /// Whether fresco finds no problem in it, as it is and as a preview.
-    bool fits(const Settings& settings) const
+    bool fits(const Settings& settings) const { return fits_text(pipeline_text(settings, kind_of(settings.scan))); }
+    bool fits_text(const std::string& text) const
     {
-        write("candidate.yaml", pipeline_text(settings, kind_of(settings.scan)));
+        write("candidate.yaml", text);
         for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--preview"}})
         {
             std::vector<std::string> words{FRESCO_PROGRAM, "check", file("candidate.yaml")};
@@ -101,52 +102,73 @@ TEST_CASE("every setting is a line of the pipeline file, which fits the plugins"
     CHECK(place.fits(room));
     CHECK(contains(text_of(room), "base: room.yaml"));
     CHECK(contains(text_of(room), "video: ~"));
-    room.stroke_cm = 6.5;
-    room.strength = 0.8;
-    room.size_px = 4096;
+    room.chosen =
+        Value::Map{{"texture.stroke_cm", 6.5}, {"strength.color", 0.8}, {"strength.strokes", 0.8}, {"atlas.size_px", 4096}};
     CHECK(place.fits(room));
     CHECK(contains(text_of(room), "texture: {stroke_cm: 6.5}"));
     CHECK(contains(text_of(room), "atlas: {size_px: 4096}"));
     CHECK(contains(text_of(room), "color: 0.8, strokes: 0.8}"));
-    room.keep = {"floor", "ceiling"};
+    room.chosen.set("keep", Value::List{"floor", "ceiling"});
     room.with = exports();
     CHECK(place.fits(room));
-    CHECK(contains(text_of(room), "{floor: keep, ceiling: keep, \"*\": {texture: painted, strength: 0.8}}"));
+    CHECK(contains(text_of(room), "painted: mix}\n    regions: {floor: keep, ceiling: keep, \"*\": painted}"));
     CHECK(text_of(room).find("video") == std::string::npos);
 
     Settings large = place.settings();
-    large.size_px = 8192;
+    large.chosen.set("atlas.size_px", 8192);
     CHECK(place.fits(large));
     CHECK(contains(text_of(large), "base: large.yaml"));
     CHECK(contains(text_of(large), "bake: {size_px: 8192}"));
 
     Settings network = place.settings();
     network.weights = place.file("vgg.pth");
-    network.stroke_cm = 4;
+    network.chosen.set("texture.stroke_cm", 4);
     network.with = exports();
     CHECK(place.fits(network));
     CHECK(contains(text_of(network), "strokes: {stroke_cm: 4}"));
 
     Settings model = place.settings("chair.obj");
     CHECK(place.fits(model));
-    model.keep = {"floor"};
-    model.size_px = 8192;
+    model.chosen = Value::Map{{"keep", Value::List{"floor"}}, {"atlas.size_px", 8192}};
     model.with = {"glb", "usdz", "obj", "ply", "page"};
     CHECK(place.fits(model));
     CHECK(contains(text_of(model), "type: export.gltf"));
     CHECK(text_of(model).find("room.obj") == std::string::npos);  // export.model writes it.
-    model.keep.clear();
-    model.strength = 0.5;
+    model.chosen = Value::Map{{"strength.color", 0.5}};
     model.pictures.push_back(place.file("it's b.png"));
     CHECK(place.fits(model));
 
     place.write("a.splat", std::string(32, '\1'));
     Settings splats = place.settings("a.splat");
-    splats.keep = {"floor"};
+    splats.chosen.set("keep", Value::List{"floor"});
     splats.with = exports();
     CHECK(place.fits(splats));
     for (const char* part : {"base: splat.yaml", "{mesh: atlas, frames: scan}", "{mesh: bake, frames: scan}"})
         CHECK(contains(text_of(splats), part));
+
+    // The studio adds stages for its page, exports and first looks.
+    for (const char* scan : {"my scan", "chair.obj", "a.splat"})
+    {
+        Settings page = place.settings(scan);
+        page.for_page = true;
+        CHECK(place.fits(page));
+        page.chosen = Value::Map{{"keep", Value::List{"floor"}},
+                                 {"walls", place.file("it's b.png").string()},
+                                 {"strength.color", 0.5},
+                                 {"texture.stroke_cm", 6},
+                                 {"relief.height_mm", 2}};
+        CHECK(place.fits(page));
+        const ScanKind kind = kind_of(page.scan);
+        place.write("painting.yaml", text_of(page));
+        const Value view =
+            Value::Map{{"position_m", Value::List{0, 0, 1}}, {"forward", Value::List{1, 0, 0}}, {"up", Value::List{0, 0, 1}}};
+        CHECK(place.fits_text(look_text(page, kind, view)));
+        for (const std::string& name : exports())
+            if (kind != ScanKind::model || (name != "video" && name != "views"))
+                CHECK(place.fits_text(export_text(page, kind, name).first));
+    }
+    CHECK(export_text(model, ScanKind::model, "obj").second == "glb");
+    CHECK(export_text(model, ScanKind::model, "glb").second == "taken");
 
     // Names that YAML, a var or a shell would take for something else.
     fs::create_directories(place.file("${data} \"x\": #/seq-01"));
@@ -163,12 +185,11 @@ TEST_CASE("settings that do not go together are refused by name")
     const auto refused = [](const Settings& settings, const std::string& words)
     { CHECK_THROWS_WITH(text_of(settings), Catch::Contains(words)); };
     Settings settings = place.settings();
-    settings.size_px = 8192;
-    settings.strength = 0.5;
+    settings.chosen = Value::Map{{"atlas.size_px", 8192}, {"strength.color", 0.5}};
     refused(settings, "at most 4096");
     settings = place.settings();
     settings.weights = place.file("vgg.pth");
-    settings.keep = {"floor"};
+    settings.chosen.set("keep", Value::List{"floor"});
     refused(settings, "--stylemesh with --strength or --keep");
     settings = place.settings("chair.obj");
     settings.weights = place.file("vgg.pth");
@@ -176,6 +197,15 @@ TEST_CASE("settings that do not go together are refused by name")
     settings = place.settings("chair.obj");
     settings.with = {"video"};
     refused(settings, "--with video: a model has no cameras");
+    for (const Value::Map& chosen :
+         {Value::Map{{"scan.path", "/etc"}}, Value::Map{{"texture.a b", 1}}, Value::Map{{"texture.seed", Value::List{}}},
+          Value::Map{{"keep", Value::List{"a: b"}}}, Value::Map{{"strength.color", "1"}}})
+    {
+        settings = place.settings();
+        settings.chosen = chosen;
+        refused(settings, "not a setting");
+    }
+    CHECK_THROWS_WITH(export_text(place.settings(), ScanKind::recording, "exe"), Catch::Contains("expected glb"));
     place.write("a.spz", "");
     settings = place.settings("a.spz");
     settings.weights = place.file("vgg.pth");

@@ -21,9 +21,9 @@ function choice(name, chosen, choose, ...children) {
 function showScans(place, scans, chosen, choose) {
     replaceKeepingFocus(place, scans.length ? scans.map(({ name, kind, layout, thumbnail }) => {
         const picture = thumbnail ? element("img", { src: `picture/${addressOf(thumbnail)}`, alt: "", loading: "lazy" })
-            : element("span", { className: "shape", textContent: kind === "model" ? name.split(".").at(-1).toUpperCase() : "scan" });
+            : element("span", { className: "shape", textContent: kind === "recording" ? "scan" : name.split(".").at(-1).toUpperCase() });
         const words = element("span", {}, element("strong", { textContent: name === "." ? "this folder" : name }),
-            element("small", { textContent: kind === "model" ? "model" : layout.replace("layout.", "").replaceAll("_", " ") }));
+            element("small", { textContent: kind !== "recording" ? kind : layout.replace("layout.", "").replaceAll("_", " ") }));
         return choice(name, chosen, choose, picture, words);
     }) : [element("p", { className: "faint", textContent: "No recording and no model in this folder yet. Drop a GLB or PLY here, or start fresco studio in the folder with your scans." })]);
 }

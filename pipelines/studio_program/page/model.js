@@ -17,7 +17,7 @@ function turned([x, y, z], [a, b, c, w]) {
     return [x + w * i + b * k - c * j, y + w * j + c * i - a * k, z + w * k + a * j - b * i];
 }
 
-/// {low, extent, vertices, triangles, values, corners, picture, shape}: `picture` is a blob or null, `shape` a number that rooms of equal geometry share.
+/// {low, extent, vertices, triangles, values, corners, picture, shape, rotation}: `picture` is a blob or null, `shape` a number that rooms of equal geometry share.
 function roomOf(buffer) {
     const { json, at } = chunksOf(buffer);
     const accessor = index => {
@@ -53,5 +53,5 @@ function roomOf(buffer) {
     const image = json.images?.[0];
     const bytes = image && json.bufferViews[image.bufferView];
     const picture = bytes ? new Blob([new Uint8Array(buffer, at + (bytes.byteOffset ?? 0), bytes.byteLength)], { type: image.mimeType }) : null;
-    return { low, extent, vertices, triangles: corners.length / 3, values, corners, picture, shape };
+    return { low, extent, vertices, triangles: corners.length / 3, values, corners, picture, shape, rotation };
 }

@@ -9,7 +9,7 @@ const few = [
     ["strength.strokes", "texture.mix", "Strength of strokes"],
     ["keep", null, "Keep as photographed"],
     ["walls", null, "Picture for walls"],
-    ["atlas.size_px", "atlas.project", "Size of the texture, px", { choices: [1024, 2048, 4096, 8192] }],
+    ["atlas.size_px", "atlas.project", "Size of the texture, px", { choices: [1024, 2048, 4096] }],
     ["relief.height_mm", "texture.relief", "Relief, mm", { off: true, to: 10, step: 0.5 }],
 ];
 const rest = ["direction", "recolor", "levels_count", "rounds_count", "seed"].map(name => [`texture.${name}`, "texture.synthesize", name.replace("_count", "").replace(/^./, first => first.toUpperCase())]);
@@ -121,6 +121,11 @@ class Settings {
         this.wall_pictures = element("select", {}, element("option", { value: "", textContent: "same picture" }));
         this.wall_pictures.addEventListener("change", () => this.set("walls", this.wall_pictures.value || undefined));
         return { box: this.box("walls", label, "Another picture for walls and ceiling (texture.regions)", this.wall_pictures), show: given => { this.wall_pictures.value = given ?? ""; } };
+    }
+
+    /// export.model keeps a model's materials as they are.
+    offerRelief(offered) {
+        this.rows.get("relief.height_mm").box.hidden = !offered;
     }
 
     offer(pictures) {

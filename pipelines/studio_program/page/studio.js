@@ -130,10 +130,11 @@ function showProgress() {
         return;
     const now = watched.now;
     at("what").textContent = care_names[watched.care];
-    at("detail").textContent = now ? [now.name, now.text || watched.note].filter(Boolean).join(" · ") : "starts";
+    at("detail").textContent = now ? [now.name, now.text || watched.note].filter(Boolean).join(" · ") : "starting";
     at("left").textContent = watched.left_s ? `about ${duration(watched.left_s)} left` : "";
     at("bar").firstElementChild.style.width = `${100 * (now?.share ?? 0)}%`;
     at("cancel").hidden = watched.care === "elsewhere";
+    at("stages").hidden = watched.care === "quick" || watched.care === "preview";  // They would hide what is looked at.
     at("stages").replaceChildren(...[...watched.stages].map(([name, { state }]) => {
         const item = element("li", { textContent: name });
         item.dataset.state = state;
@@ -145,6 +146,16 @@ function showProgress() {
 async function showResults(run) {
     const { out } = run;
     const mine = () => watched === run;
+    if (run.view && run.has("view") && run.has("photo_view")) {
+        if (run.newest === "view")
+            return;
+        const bytes = await bytesAt(`${out}view.glb`);
+        if (mine())
+            await view.glimpsed(bytes, () => bytesAt(`${out}photo.glb`));
+        run.newest = "view";
+        shown_scan = chosen.scan;
+        return;
+    }
     const stays = view.has === "painting" && shown_scan === chosen.scan;  // Nothing lesser takes its place.
     if (run.has("view") && run.has("photo_view")) {
         if (run.newest === "view")
@@ -211,6 +222,8 @@ async function showElsewhere(run) {
 async function ended(run) {
     const { exit_code, canceled, error } = run.end;
     const failed = exit_code !== 0 && !canceled && run.care !== "elsewhere";
+    if (failed && run.view)
+        return paint("quick", run.again, false);  // Nothing was in sight.
     if (failed) {
         const text = [...run.problems, error].filter(Boolean).join("\n") || run.note || "The run ended for an unknown reason.";
         settings.complain(text);
@@ -227,7 +240,8 @@ async function ended(run) {
     if (run.care === "full") {
         shown = run.id;
         tell();
-        await saveThumbnail(run.id);
+        if (run.newest === "view")
+            await saveThumbnail(run.id);
     }
 }
 
@@ -239,7 +253,8 @@ async function saveThumbnail(id) {
 }
 
 function offerFiles(run) {
-    const files = [...run.files].filter(file => file.startsWith("taken/")).map(file => file.slice(6));
+    const stage = run.has("taken") ? "taken/" : "glb/";
+    const files = [...run.files].filter(file => file.startsWith(stage)).map(file => file.slice(stage.length));
     for (const file of files) {
         const [, inner] = file.split(`/${run.id}/out/`);
         const link = element("a", { href: `${run.out}${addressOf(inner)}`, download: inner.split("/").at(-1) });
@@ -249,23 +264,26 @@ function offerFiles(run) {
     at("taken").title = files.join("\n");
 }
 
-function follow(id, care, again = false) {
+/// `view`: it paints only what was in sight.
+function follow({ id, care, serial, request }, again = false) {
     at("newest").hidden = true;
-    watched = Object.assign(new Watch(`painting/${id}/${care === "export" ? "export" : "log"}.jsonl`, `painting/${id}/out/`, care), { id, again, began: performance.now() });
+    const log = care === "export" ? "export" : id === "preview" ? `log${serial}` : "log";
+    watched = Object.assign(new Watch(`painting/${id}/${log}.jsonl`, `painting/${id}/out/`, care), { id, again, view: Boolean(request?.view), began: performance.now() });
     complain(null);
     say("");
     showProgress();
 }
 
-async function paint(care, again = false) {
+async function paint(care, again = false, in_sight = shown_scan === chosen.scan && ["photo", "painting"].includes(view.has)) {
     if (!chosen.scan || !chosen.picture || isBusy())
         return;
-    const { id, serial } = await ask("api/paint", { scan: chosen.scan, picture: chosen.picture, settings: chosen.settings, care });
+    const request = { scan: chosen.scan, picture: chosen.picture, settings: chosen.settings, care, ...(care === "quick" && in_sight ? { view: view.sight } : {}) };
+    const { id, serial } = await ask("api/paint", request);
     seen_serial = serial;
-    running = { id, care, serial };
+    running = { id, care, serial, request };
     if (care !== "full")
         shown = "preview";
-    follow(id, care, again);
+    follow(running, again);
     tell();
 }
 
@@ -304,7 +322,7 @@ async function open(painting) {
     shown = painting.id;
     settings.show(values);
     if (running?.id === painting.id)
-        follow(painting.id, running.care);
+        follow(running);
     else if (!isBusy())
         watched = null;
     complain(painting.state === "failed" ? "This painting failed; Paint tries again." : null);
@@ -353,7 +371,9 @@ function tell() {
     at("hint").textContent = isBusy() ? "Changes show when the painting is done." : "Changes show as a preview first.";
     at("undo").disabled = !past.length;
     at("take").hidden = !paintings.some(({ id, state }) => id === shown && state === "done");
-    at("take").querySelector("[data-kind=video]").hidden = /\.(glb|gltf|obj|ply)$/i.test(chosen.scan ?? "");  // It follows a recording's cameras.
+    const is_model = folder.scans.some(({ name, kind }) => name === chosen.scan && kind === "model");
+    at("take").querySelector("[data-kind=video]").hidden = is_model;  // It follows a recording's cameras.
+    settings?.offerRelief(!is_model);
     showScans(at("scans"), folder.scans, chosen.scan, scan => scan !== chosen.scan && choose({ scan }));
     showPictures(at("pictures"), [...folder.pictures, ...folder.shipped], chosen.picture, picture => picture !== chosen.picture && choose({ picture }));
     at("watched").hidden = !folder.runs.length;
@@ -389,7 +409,7 @@ async function refresh() {
             Object.assign(chosen, { scan: request.scan, picture: request.picture, settings: request.settings });
             settings.show(chosen.settings);
         }
-        follow(running.id, running.care);
+        follow(running);
     }
     if (changed)
         tell();
@@ -445,7 +465,7 @@ const add = guarded(async files => {
             throw new Error(answer.error);
         await look();
         say(`${answer.name} added`);
-        choose(/\.(glb|ply)$/i.test(answer.name) ? { scan: answer.name } : { picture: answer.name });
+        choose(/\.(glb|ply|spz|splat|sog)$/i.test(answer.name) ? { scan: answer.name } : { picture: answer.name });
     }
 });
 
@@ -521,7 +541,7 @@ function hearButtons() {
         button.addEventListener("click", guarded(async () => {
             const { serial } = await ask("api/take", { id: shown, kind: button.dataset.kind });
             seen_serial = serial;
-            follow(shown, "export");
+            follow({ id: shown, care: "export", serial });
         }));
     at("pipeline").addEventListener("click", guarded(async () => {
         const { text, command, folder: place } = await ask(`api/pipeline?id=${shown}`);

@@ -12,6 +12,13 @@ const clay = () => new THREE.ShaderMaterial({
         }`,
 });
 
+/// A texture where the texcoords say.
+const flat = (texture, wireframe) => new THREE.ShaderMaterial({
+    uniforms: { picture: { value: texture } }, wireframe, side: THREE.DoubleSide, depthTest: false,
+    vertexShader: "varying vec2 at; void main() { at = uv; gl_Position = vec4(2.0 * uv - 1.0, 0.0, 1.0); }",
+    fragmentShader: "uniform sampler2D picture; varying vec2 at; void main() { gl_FragColor = vec4(texture2D(picture, at).rgb, 1.0); }",
+});
+
 class View {
     constructor(place) {
         this.place = place;
@@ -25,6 +32,15 @@ class View {
         this.shape = null;
         this.has = "nothing";  // mesh, photo or painting
         this.photo = null;
+        this.rotation = [0, 0, 0, 1];
+    }
+
+    /// What is in sight, as options of mesh.in_view.
+    get sight() {
+        const { position, forward } = this.viewer.pose(), camera = this.viewer.camera;
+        const [x, y, z, w] = this.rotation, inMesh = vector => turned(vector, [-x, -y, -z, w]).map(value => Number(value.toFixed(4)));
+        const up = new THREE.Vector3(0, 1, 0).applyQuaternion(camera.quaternion).toArray();
+        return { position_m: inMesh(position), forward: inMesh(forward), up: inMesh(up), field_deg: camera.fov, aspect: Math.min(10, Math.max(0.1, camera.aspect)) };
     }
 
     get material() {
@@ -40,6 +56,7 @@ class View {
         this.viewer?.dispose();
         this.viewer = viewer;
         this.shape = room.shape;
+        this.rotation = room.rotation;
         const same = before && room.extent.every((size, axis) => Math.abs(size - before.extent[axis]) < 0.1 * size + 0.1);
         if (same && before.mode === "orbit")
             viewer.orbit();
@@ -86,11 +103,45 @@ class View {
         this.tell();
     }
 
+    /// A painting of a part of the surface: drawn into the atlas, over the photo.
+    async glimpsed(buffer, photo) {
+        const part = roomOf(buffer), room = roomOf(await photo());
+        if (room.shape !== this.shape || this.has === "mesh") {
+            this.photo = room.picture;
+            await this.build(room, [this.photo]);
+        }
+        const { renderer, camera } = this.viewer, anisotropy = renderer.capabilities.getMaxAnisotropy();
+        const url = URL.createObjectURL(part.picture), painted = await textureOf(url, anisotropy);
+        URL.revokeObjectURL(url);
+        const shape = shapeOf(part), atlas = new THREE.Scene();
+        const lay = (geometry, texture, wireframe) => {
+            const mesh = new THREE.Mesh(geometry, flat(texture, wireframe));
+            atlas.add(Object.assign(mesh, { frustumCulled: false, renderOrder: atlas.children.length }));
+        };
+        lay(new THREE.PlaneGeometry(2, 2), this.material.uniforms.photo.value, false);
+        lay(shape, painted, true);  // A line around each face, for lookups at the borders of charts.
+        lay(shape, painted, false);
+        const side = painted.image.width, before = this.target;
+        this.target = new THREE.WebGLRenderTarget(side, side, { generateMipmaps: true, minFilter: THREE.LinearMipmapLinearFilter, anisotropy, depthBuffer: false });
+        renderer.setRenderTarget(this.target);
+        renderer.render(atlas, camera);
+        renderer.setRenderTarget(null);
+        this.cover(this.target.texture);
+        for (const unused of [before, painted, shape])
+            unused?.dispose();
+        this.has = "painting";
+        this.tell();
+    }
+
     /// Another picture of the atlas in sight.
     async paint(picture) {
         const url = URL.createObjectURL(picture);
         const texture = await textureOf(url, this.viewer.renderer.capabilities.getMaxAnisotropy());
         URL.revokeObjectURL(url);
+        this.cover(texture);
+    }
+
+    cover(texture) {
         const { colors, painted } = this.material.uniforms;
         colors.value.dispose();
         colors.value = painted.value = texture;
@@ -125,14 +176,16 @@ class View {
         this.onchange?.();
     }
 
-    /// A JPEG of what is in sight.
+    /// A JPEG of the painting, from where one stands.
     async thumbnail() {
+        this.viewer.mix("color", 1);
         const canvas = this.viewer.renderer.domElement, small = document.createElement("canvas");
         [small.width, small.height] = [280, 180];
         const scale = Math.max(280 / canvas.width, 180 / canvas.height);
         const [width, height] = [canvas.width * scale, canvas.height * scale];
         this.viewer.draw();
         small.getContext("2d").drawImage(canvas, (280 - width) / 2, (180 - height) / 2, width, height);
+        this.mix(this.share);
         return new Promise(resolve => small.toBlob(resolve, "image/jpeg", 0.85));
     }
 }

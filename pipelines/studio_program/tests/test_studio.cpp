@@ -1,13 +1,14 @@
 #include "catch.h"
 #include "folder.h"
 #include "http.h"
-#include "pipeline_text.h"
+#include "runs.h"
 
 #include <fresco/files_io.h>
 #include <fresco/testing.h>
 
 #include <algorithm>
 #include <arpa/inet.h>
+#include <fmt/format.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <thread>
@@ -34,8 +35,10 @@ class Served
 
     std::string host() const { return "127.0.0.1:" + std::to_string(server_.port()); }
 
-    /// The answer to a request as it goes over the wire.
-    std::string say(const std::string& text) const
+    /// The path of a new entrance.
+    std::string entrance() { return server_.new_entrance().substr(7 + host().size()); }
+
+    int connected() const
     {
         const int fd = socket(AF_INET, SOCK_STREAM, 0);
         sockaddr_in address{};
@@ -43,6 +46,13 @@ class Served
         address.sin_port = htons(server_.port());
         address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
         REQUIRE(connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+        return fd;
+    }
+
+    /// The answer to a request as it goes over the wire.
+    std::string say(const std::string& text) const
+    {
+        const int fd = connected();
         REQUIRE(write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()));
         std::string answer;
         char bytes[4096];
@@ -104,6 +114,34 @@ TEST_CASE("only the page that has the token is served")
     CHECK(served.status("GET", "/0123456789abcdef/%zz", host) == 400);
     CHECK(served.status("GET", "/0123456789abcdef/%00", host) == 400);
     CHECK(served.handled == before);
+}
+
+TEST_CASE("the browser's entrance leads to the page once, and only the browser")
+{
+    Served served;
+    const std::string host = "Host: " + served.host() + "\r\n";
+    const std::string spent = served.entrance(), path = served.entrance();
+    CHECK(served.status("GET", spent, host) == 403);
+    CHECK(served.status("GET", path, "Host: evil.example\r\n") == 403);
+    CHECK(served.status("GET", path, host + "Sec-Fetch-Site: cross-site\r\n") == 403);
+    const std::string answer = served.say("GET " + path + " HTTP/1.1\r\nConnection: close\r\n" + host + "\r\n");
+    CHECK(answer.starts_with("HTTP/1.1 303"));
+    CHECK(answer.find("Location: /0123456789abcdef/\r\n") != std::string::npos);
+    CHECK(served.status("GET", path, host) == 403);
+    CHECK(served.handled == 0);
+}
+
+TEST_CASE("connections that say nothing keep nobody out")
+{
+    const Served served;
+    std::vector<int> silent;
+    for (int i = 0; i < 100; ++i)
+        silent.push_back(served.connected());
+    CHECK(served.status("GET", "/0123456789abcdef/", "Host: " + served.host() + "\r\n") == 200);
+    char byte = 0;
+    CHECK(read(silent.front(), &byte, 1) == 0);  // The oldest made room.
+    for (const int fd : silent)
+        close(fd);
 }
 
 TEST_CASE("a name that was rebound, and other pages, are refused with the right token, too")
@@ -196,54 +234,120 @@ TEST_CASE("recordings are found by the marks of their layouts, models and pictur
     touch(base / "out/progress.jsonl");
     touch(base / "out/views/0.png");
     touch(base / ".fresco-studio/paintings/1/out/view.glb");
+    touch(base / "gauss.ply", "ply\nproperty float f_dc_0\nend_header\n");
+    const TemporaryFolder outside;
+    touch(outside.path() / "secret.glb");
+    fs::create_symlink(outside.path() / "secret.glb", base / "link.glb");
+    fs::create_symlink(outside.path(), base / "others");
+    fs::create_symlink(base / "model.GLB", base / "same.glb");
     const Contents found = contents_of(base, layouts);
-    REQUIRE(found.scans.size() == 4);
+    REQUIRE(found.scans.size() == 6);
     const auto scan = [&](const std::string& name) { return *std::ranges::find(found.scans, name, &Scan::name); };
     CHECK(scan("kitchen").layout == "layout.a");
     CHECK(scan("kitchen").thumbnail == "kitchen/rgb/0.jpg");
     CHECK(scan("office").layout == "layout.b");
     CHECK(scan("one.scan").layout == "layout.b");
-    CHECK(scan("model.GLB").kind == ScanKind::model);
+    CHECK(scan("model.GLB").kind == paint::ScanKind::model);
+    CHECK(scan("same.glb").kind == paint::ScanKind::model);
+    CHECK(scan("gauss.ply").kind == paint::ScanKind::splats);
     CHECK(found.pictures == std::vector<std::string>{"half/color/0.jpg", "styles/waves.jpg"});
     CHECK(found.runs == std::vector<std::string>{"out"});
-    CHECK(found.complete);
 }
 
-TEST_CASE("what is added is what its name says, and replaces nothing")
+TEST_CASE("what is added has a name of its own and replaces nothing")
 {
     const TemporaryFolder folder;
     const fs::path upload = folder.path() / ".upload";
-    write_file(upload, std::string_view("\x89PNG\r\n\x1a\nrest"));
-    CHECK(take_in(upload, folder.path(), "a.png") == "a.png");
-    CHECK(take_in(upload, folder.path(), "a.png") == "a_2.png");
-    CHECK(take_in(upload, folder.path(), "../<b>.png") == "<b>.png");
-    CHECK(take_in(upload, folder.path(), ".png.png") == "png.png");
-    for (const std::string name : {"a.jpg", "a.glb", "a.ply", "a.html", "a", "a.svg", "a.obj"})
+    for (const auto& [wanted, name] : std::vector<std::pair<std::string, std::string>>{
+             {"a.png", "a.png"}, {"a.png", "a_2.png"}, {"../<b>.png", "<b>.png"}, {".png.png", "png.png"}})
     {
-        CAPTURE(name);
-        CHECK_THROWS_AS(take_in(upload, folder.path(), name), Error);
+        write_file(upload, std::string_view(wanted));
+        CHECK(take_in(upload, folder.path(), wanted) == name);
+        CHECK(read_text_file(folder.path() / name) == wanted);
     }
-    CHECK_FALSE(fs::exists(folder.path() / "a.jpg"));
+    write_file(upload, std::string_view("x"));
+    for (const std::string name : {"a.html", "a", "a.svg", "a.obj"})
+        CHECK_THROWS_AS(take_in(upload, folder.path(), name), Error);
 }
 
-TEST_CASE("a painting is a pipeline file, and its settings are checked")
+namespace
 {
-    PaintingRequest request{.scan = "/scans/a \"b\"", .picture = "/p.jpg"};
-    request.settings =
-        Value::Map{{"texture.stroke_cm", 6}, {"strength.color", 0.5}, {"keep", Value::List{"floor"}}, {"walls", "/w.jpg"}};
-    const std::string text = pipeline_text(request);
-    for (const char* line :
-         {"base: room.yaml", R"(data: "/scans/a \"b\"")", "texture: {stroke_cm: 6}", "color: 0.5, strokes: 1}",
-          R"(regions: {"floor": keep, walls: walls, ceiling: walls, "*": painted})", "bake: {input: {texture: mixed}}"})
+
+/// Paintings made by a program that writes its words into OUT/words and waits as long as the folder has a file "wait".
+struct Workshop
+{
+    TemporaryFolder folder;
+    fs::path program = folder.path() / "fresco";
+    paint::Settings settings{.scan = "/model.glb", .pictures = {"/p.jpg"}, .for_page = true};
+    Value asked{Value::Map{{"scan", "model.glb"}}};
+
+    Workshop()
     {
-        CAPTURE(line);
-        CHECK(text.find(line) != std::string::npos);
+        write_file(program, std::string_view("#!/bin/sh\n"
+                                             "[ \"$1\" = run ] || { echo '{}'; exit; }\n"
+                                             "echo '{\"event\":\"begin\"}'\n"
+                                             "while [ -e \"${0%/*}/wait\" ]; do sleep 0.02; done\n"
+                                             "echo told; [ ! -e \"${0%/*}/fail\" ]\n"));
+        fs::permissions(program, fs::perms::owner_all);
     }
-    for (const Value::Map& settings :
-         {Value::Map{{"scan.path", "/etc"}}, Value::Map{{"texture.a b", 1}}, Value::Map{{"texture.seed", Value::List{}}},
-          Value::Map{{"keep", Value::List{"a: b"}}}, Value::Map{{"strength.color", "1"}}})
-        CHECK_THROWS_AS(check_settings(settings), Error);
-    request.picture = "/${HOME}.jpg";
-    CHECK_THROWS_AS(pipeline_text(request), Error);
-    CHECK_THROWS_AS(export_text(request, "exe"), Error);
+
+    void hold(bool on) const { on ? touch(folder.path() / "wait") : void(fs::remove(folder.path() / "wait")); }
+    /// Until a painting's log has this text; its state then.
+    std::string after(const Runs& runs, const std::string& id, const std::string& log, const std::string& text) const
+    {
+        for (int tries = 0; tries < 1000; ++tries, std::this_thread::sleep_for(std::chrono::milliseconds(10)))
+            if (fs::exists(runs.folder_of(id) / log) &&
+                read_text_file(runs.folder_of(id) / log).find(text) != std::string::npos &&
+                (text != "ended" || runs.running().is_null()))
+                return runs.find(id)->state;
+        return "timed out";
+    }
+};
+}  // namespace
+
+TEST_CASE_METHOD(Workshop, "paintings are made one at a time, canceled, removed and resumed")
+{
+    {
+        Runs runs(program, folder.path() / "studio");
+        CHECK(runs.answer_of({"describe"}) == "{}\n");
+        CHECK(runs.paint(settings, asked, "full").id == "0001");
+        CHECK(after(runs, "0001", "log.jsonl", "ended") == "done");
+        CHECK(read_text_file(runs.folder_of("0001") / "log.jsonl").find(R"({"event":"note","text":"told"})") !=
+              std::string::npos);
+        touch(folder.path() / "fail");
+        runs.paint(settings, asked, "full");
+        CHECK(after(runs, "0002", "log.jsonl", "ended") == "failed");
+        fs::remove(folder.path() / "fail");
+        hold(true);
+        runs.paint(settings, asked, "full");
+        CHECK(after(runs, "0003", "log.jsonl", "begin") == "running");
+        CHECK_THROWS_WITH(runs.paint(settings, asked, "quick"), Catch::Contains("cancel it first"));
+        CHECK_THROWS_WITH(runs.remove("0003"), Catch::Contains("cancel it first"));
+        runs.cancel();
+        CHECK(after(runs, "0003", "log.jsonl", "ended") == "canceled");
+        runs.remove("0002");
+        CHECK(runs.paintings().size() == 2);
+        CHECK_THROWS_AS(runs.folder_of("../0001"), Error);
+        runs.paint(settings, asked, "full");
+        CHECK(after(runs, "0004", "log.jsonl", "begin") == "running");
+    }
+    hold(false);
+    Runs runs(program, folder.path() / "studio");
+    CHECK(after(runs, "0004", "log.jsonl", "ended") == "done");
+}
+
+TEST_CASE_METHOD(Workshop, "a preview ends for the next one, and each has a log of its own")
+{
+    Runs runs(program, folder.path() / "studio");
+    hold(true);
+    asked.set("view", Value::Map{{"position_m", Value::List{0, 0, 0}}});
+    const int first = runs.paint(settings, asked, "quick").serial;
+    CHECK(after(runs, "preview", fmt::format("log{}.jsonl", first), "begin") == "running");
+    CHECK(read_text_file(runs.folder_of("preview") / "look.yaml").find("position_m: [0,0,0]") != std::string::npos);
+    const int second = runs.paint(settings, asked, "preview").serial;
+    CHECK(after(runs, "preview", fmt::format("log{}.jsonl", second), "begin") == "running");
+    hold(false);
+    CHECK(after(runs, "preview", fmt::format("log{}.jsonl", second), "ended") == "done");
+    const std::string log = read_text_file(runs.folder_of("preview") / fmt::format("log{}.jsonl", second));
+    CHECK(std::ranges::count(log, '\n') == 3);
 }

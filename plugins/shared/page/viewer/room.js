@@ -123,15 +123,20 @@ function unpacked(room) {
     return { values, corners };
 }
 
-async function meshOf(room, { mixture, relief }, anisotropy) {
-    const { values, corners } = room.values ? room : unpacked(room);
+/// Vertices and texcoords of unpacked values.
+function shapeOf({ values, corners }) {
     const buffer = new THREE.InterleavedBuffer(values, 6);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.InterleavedBufferAttribute(buffer, 3, 0, true));
     geometry.setAttribute("uv", new THREE.InterleavedBufferAttribute(buffer, 2, 4, true));
     geometry.setIndex(new THREE.BufferAttribute(corners, 1));
+    return geometry;
+}
+
+async function meshOf(room, { mixture, relief }, anisotropy) {
+    const { values, corners } = room.values ? room : unpacked(room);
     const material = mixture ? await mixingMaterial(mixture, anisotropy) : relief ? await litMaterial(room, relief, anisotropy) : new THREE.MeshBasicMaterial({ map: await textureOf(room.texture, anisotropy) });
-    const mesh = new THREE.Mesh(geometry, material);
+    const mesh = new THREE.Mesh(shapeOf({ values, corners }), material);
     mesh.position.fromArray(room.low);
     mesh.scale.fromArray(room.extent.map(size => Math.max(size, 1e-9)));
     mesh.frustumCulled = false;  // Its bounds are unknown to three.js, which reads the packed numbers as they are.
@@ -190,7 +195,7 @@ const hints = {
     orbit: ["Drag: turn · right button: move · wheel: zoom", "One finger: turn · two fingers: move, zoom"],
 };
 
-/// Fills the box. Gives {walk, orbit, light, standAt, mix, position}, pose, draw and dispose for pages that show one room after the other, and for a headset {renderer, scene, ground, worldOf, here, resize}: walk() begins where the recorder stood, or else in the widest place; standAt
+/// Fills the box. Gives {walk, orbit, light, standAt, mix, position}, pose, draw and dispose for pages that show one room after the other, and for a headset {renderer, scene, camera, ground, worldOf, here, resize}: walk() begins where the recorder stood, or else in the widest place; standAt
 /// begins at a pose. Both stay inside. light() lets the pointer move the lamp, or no longer; it is missing without a relief. `mixture`: what texture.mix shows; `relief`: what
 /// texture.relief shows, but not together with a mixture; `cameras`: where the recorder stood, {position, forward, up, looking};
 /// `up`: what a stage found. Each of them may be missing.
@@ -352,5 +357,5 @@ async function showRoom(place, room, { mixture, relief, cameras, up } = {}) {
         canvas.remove();
         hint.remove();
     };
-    return { walk, orbit, light, standAt, mix, draw, pose, dispose, position: () => camera.position.toArray(), renderer, scene, ground, worldOf, here, resize };
+    return { walk, orbit, light, standAt, mix, draw, pose, dispose, position: () => camera.position.toArray(), renderer, scene, camera, ground, worldOf, here, resize };
 }

@@ -58,7 +58,7 @@ NearestKeys::NearestKeys(std::span<const float> features, const FeatureSizes& si
     }
 }
 
-void NearestKeys::find(const float* queries, std::size_t count, Nearest* out) const
+void NearestKeys::find(const float* queries, std::size_t count, Nearest* out, std::span<const float> unavoidable) const
 {
     const std::size_t rows = kernel_.rows;
     const std::size_t columns = kernel_.columns;
@@ -73,7 +73,7 @@ void NearestKeys::find(const float* queries, std::size_t count, Nearest* out) co
         float norm = 0;
         for (std::size_t f = 0; f < sizes_.squared; ++f)
             norm += row[f] * row[f];
-        row[size] = norm;
+        row[size] = norm - (unavoidable.empty() ? 0 : unavoidable[q]);
         row[size + 1] = 1;
     }
     std::vector<float> least(groups * rows * columns, std::numeric_limits<float>::infinity());
@@ -216,6 +216,11 @@ void update_crowding(const StylePicture& picture, std::span<const Match> matches
 namespace
 {
 
+/// This share of the distance of the nearest of every eighth key does not count. With all of it, plain walls would get no
+/// strokes.
+constexpr float unavoidable_share = 0.5F;
+constexpr std::size_t unavoidable_step = 8;
+
 constexpr std::size_t searched_together = 192;
 constexpr std::size_t sampled_queries = 6000;  // Patches that are searched to see how well each key is served.
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
@@ -236,7 +241,7 @@ class Search
            const NearbyUses& uses, const SearchOptions& options, std::span<const Match> before, const Progress& progress)
         : patches_(patches), grid_(grid), wanted_(wanted), picture_(picture), before_(before), progress_(progress),
           variety_(patches, grid, picture, options.stroke_px, options.variety, options.seed, progress), uses_(uses),
-          options_(options), values_(picture.values_per_patch())
+          options_(options), values_(picture.values_per_patch()), some_keys_(some_keys(picture))
     {
     }
 
@@ -250,6 +255,7 @@ class Search
         std::transform(weights_.begin(), weights_.end(), crowding.begin(), weights_.begin(), std::multiplies<>());
         looks_.resize(patches_.count() * values_);
         means_.resize(patches_.count());
+        unavoidable_.resize(patches_.count());
         // On a plain wall all patches find one place, and by continuing each other they would only repeat it side by side: so
         // leaders are continued first.
         const std::vector<char> all(patches_.count(), 1);
@@ -287,10 +293,34 @@ class Search
         Vec3f mean;
     };
     Look look(std::size_t patch) const { return {&looks_[patch * values_], means_[patch]}; }
-    void keep_look(std::size_t patch, const float* sampled)
+    /// Keeps what patches look like, and which distance is unavoidable. Returns their features.
+    std::vector<float> keep_looks(std::span<const std::uint32_t> patches)
     {
-        std::transform(sampled, sampled + values_, &looks_[patch * values_], in_steps);
-        means_[patch] = mean_color(sampled, values_);
+        const std::size_t size = picture_.feature_count();
+        std::vector<Vec3f> samples(patches.size() * values_ / 3);
+        for (std::size_t i = 0; i < patches.size(); ++i)
+        {
+            sample(patches[i], samples, i);
+            const float* sampled = values(samples, i);
+            std::transform(sampled, sampled + values_, &looks_[patches[i] * values_], in_steps);
+            means_[patches[i]] = mean_color(sampled, values_);
+        }
+        std::vector<float> features(patches.size() * size);
+        picture_.project(values(samples, 0), patches.size(), features.data());
+        std::vector<Nearest> nearest(patches.size());
+        some_keys_.find(features.data(), patches.size(), nearest.data());
+        for (std::size_t i = 0; i < patches.size(); ++i)
+            unavoidable_[patches[i]] = unavoidable_share * std::max(0.0F, nearest[i].score) / static_cast<float>(values_);
+        return features;
+    }
+    /// Every eighth key, all alike.
+    static NearestKeys some_keys(const StylePicture& picture)
+    {
+        const std::size_t size = picture.feature_count();
+        std::vector<float> features;
+        for (std::size_t k = 0; k < picture.key_count(); k += unavoidable_step)
+            features.insert(features.end(), &picture.key_features()[k * size], &picture.key_features()[k * size] + size);
+        return {features, {size, 0}, std::vector<float>(features.size() / size, 1.0F), 0, patch_kernel()};
     }
 
     /// Features of evenly spread patches.
@@ -323,13 +353,9 @@ class Search
         in_pieces(matches.size(),
                   [&](std::size_t begin, std::size_t end)
                   {
-                      std::vector<Vec3f> samples(values_ / 3);
+                      keep_looks(ordered(begin, end));
                       for (const std::uint32_t patch : ordered(begin, end))
-                      {
-                          sample(patch, samples, 0);
-                          keep_look(patch, values(samples, 0));
                           matches[patch].distance = distance(look(patch), matches[patch].at, matches[patch].turn);
-                      }
                   });
         return matches;
     }
@@ -369,20 +395,17 @@ class Search
                   {
                       const std::size_t count = end - begin;
                       const auto patches = ordered(begin, end);
-                      std::vector<Vec3f> samples(count * values_ / 3);
-                      std::vector<float> projected(count * sizes.squared);
+                      const std::vector<float> projected = keep_looks(patches);
                       std::vector<float> features(count * sizes.all());
+                      std::vector<float> unavoidable(count);
                       std::vector<Nearest> nearest(count * classes.size());
                       for (std::size_t i = 0; i < count; ++i)
                       {
-                          sample(patches[i], samples, i);
-                          keep_look(patches[i], values(samples, i));
-                      }
-                      picture_.project(values(samples, 0), count, projected.data());
-                      for (std::size_t i = 0; i < count; ++i)
+                          unavoidable[i] = unavoidable_[patches[i]] * scale;
                           joined(&projected[i * sizes.squared], variety_.of_patch(patches[i]), scale, &features[i * sizes.all()]);
+                      }
                       for (std::size_t c = 0; c < classes.size(); ++c)
-                          nearest_keys[c].find(features.data(), count, &nearest[c * count]);
+                          nearest_keys[c].find(features.data(), count, &nearest[c * count], unavoidable);
                       NearbyUses::Map uses(uses_, placed);
                       for (std::size_t i = 0; i < count; ++i)
                       {
@@ -464,7 +487,7 @@ class Search
     float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const
     {
         const std::size_t key = picture_.key_near(at);
-        const float cost = weights_[key] * (distance + options_.lift) + variety_.preference(patch, key);
+        const float cost = weights_[key] * (distance + options_.lift - unavoidable_[patch]) + variety_.preference(patch, key);
         return picture_.is_directed() ? cost + misalignment_cost * picture_.misalignment(at, turn) : cost;
     }
 
@@ -522,8 +545,8 @@ class Search
                     const NearbyUses::Map& uses) const
     {
         Match best = matches[patch];
-        float least = score(patch, (best.distance + coherence_tolerance + options_.lift) * coherence_factor - options_.lift,
-                            best.at, best.turn) +
+        const float base = options_.lift - unavoidable_[patch];
+        float least = score(patch, (best.distance + coherence_tolerance + base) * coherence_factor - base, best.at, best.turn) +
                       repeating(uses, patch, picture_.key_near(best.at), best.at);
         for (const std::uint32_t other : patches_.covers(patches_[patch].texel))
         {
@@ -572,6 +595,8 @@ class Search
     std::vector<float> weights_;
     std::vector<std::int16_t> looks_;
     std::vector<Vec3f> means_;
+    NearestKeys some_keys_;
+    std::vector<float> unavoidable_;  ///< Per patch, a part of all distances that does not count.
 };
 
 }  // namespace

@@ -41,8 +41,9 @@ class NearestKeys
     NearestKeys(std::span<const float> features, const FeatureSizes& sizes, std::span<const float> weights, float lift,
                 const PatchKernel& kernel);
 
-    /// The best key of each of `count` queries (count x sizes.all()).
-    void find(const float* queries, std::size_t count, Nearest* out) const;
+    /// The best key of each of `count` queries (count x sizes.all()). `unavoidable`: per query, is taken off its squared
+    /// distances; empty: nothing is.
+    void find(const float* queries, std::size_t count, Nearest* out, std::span<const float> unavoidable = {}) const;
 
   private:
     const PatchKernel& kernel_;
@@ -116,13 +117,15 @@ class NearbyUses;
 
 /// Finds the best place in the picture for every patch, in three steps: an exact search over the keys by principal components; by
 /// all values, the best position between this key and its neighbors; and the places that continue those of neighboring patches,
-/// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d + lift) + preference + price,
+/// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d - u + lift) + preference + price,
 /// where w combines the key's completeness and crowding, 1 on average, and the price is that of a place that the surface nearby
-/// shows. The first step compares the best key of each of eight classes by it, as `before`, the last round's matches, are (empty:
-/// no price); the last step as the matches are then. In a picture with directions, keys are turned so that strokes run along x; a
-/// place that continues another keeps its rotation on the surface, and costs more if its strokes deviate from the lines.
-/// A round that refines leaves out the first two steps. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding.
-/// The same for any number of threads. Throws Canceled.
+/// shows. u is half the distance of the nearest of every eighth key: where the picture has no color near the wanted one, all
+/// distances are long, and without it the odd keys, which completeness makes cheap, would seem as good as the nearest ones. The
+/// first step compares the best key of each of eight classes by it, as `before`, the last round's matches, are (empty: no price);
+/// the last step as the matches are then. In a picture with directions, keys are turned so that strokes run along x; a place that
+/// continues another keeps its rotation on the surface, and costs more if its strokes deviate from the lines. A round that
+/// refines leaves out the first two steps. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for
+/// any number of threads. Throws Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
                           const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options, Round round,
                           std::span<const Match> before, std::span<const float> crowding, const Progress& progress);

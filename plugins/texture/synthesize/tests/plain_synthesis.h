@@ -52,6 +52,7 @@ struct Searched
     std::vector<Match> found;
     std::vector<Look> looks;  ///< Per patch, what is looked for.
     Numbers weights;          ///< Per key.
+    Numbers unavoidable;      ///< Per patch.
     std::vector<Match> uses;  ///< Uses that the last pass charged for.
 };
 
@@ -138,6 +139,13 @@ class PlainLevel
         }
         result.weights = key_weights(features, crowding);
         for (std::size_t p = 0; p < patches_.count(); ++p)
+        {
+            double least = std::numeric_limits<double>::infinity();
+            for (std::size_t k = 0; k < picture_.key_count(); k += 8)
+                least = std::min(least, squared_distance(&features[p * picture_.feature_count()], k));
+            result.unavoidable.push_back(least / 2 / static_cast<double>(picture_.values_per_patch()));
+        }
+        for (std::size_t p = 0; p < patches_.count(); ++p)
             if (round == Round::refines)
                 result.found.push_back(
                     {.at = before[p].at, .distance = static_cast<float>(distance_of(result.looks[p], before[p].at))});
@@ -167,7 +175,7 @@ class PlainLevel
     double score(std::size_t patch, const Searched& searched, Vec2f at, bool is_own) const
     {
         const double lift = options_.search.lift;
-        const double distance = distance_of(searched.looks[patch], at);
+        const double distance = distance_of(searched.looks[patch], at) - searched.unavoidable[patch];
         return score(patch, is_own ? 2 * (distance + 15 + lift) - lift : distance, at, searched.weights, searched.uses);
     }
 
@@ -367,8 +375,8 @@ class PlainLevel
         for (std::size_t k = 0; k < picture_.key_count(); ++k)
         {
             const double distance = squared_distance(features, k) / static_cast<double>(picture_.values_per_patch());
-            const double sum =
-                searched.weights[k] * (distance + double{options_.search.lift}) + double{variety_.preference(patch, k)};
+            const double sum = searched.weights[k] * (distance - searched.unavoidable[patch] + double{options_.search.lift}) +
+                               double{variety_.preference(patch, k)};
             const auto square = [&](float at) { return static_cast<std::uint32_t>(at / (2 * stroke_px_)); };
             const std::size_t of = noise::hash(square(picture_.key(k).x), square(picture_.key(k).y)) % 8;
             if (sum < least[of])
@@ -381,7 +389,8 @@ class PlainLevel
             if (least[c] < std::numeric_limits<double>::infinity())
             {
                 const Vec2f at = picture_.key(best[c]);
-                least[c] = score(patch, distance_of(searched.looks[patch], at), at, searched.weights, before);
+                least[c] = score(patch, distance_of(searched.looks[patch], at) - searched.unavoidable[patch], at,
+                                 searched.weights, before);
             }
         return picture_.key(best[static_cast<std::size_t>(std::ranges::min_element(least) - least.begin())]);
     }

@@ -215,26 +215,6 @@ struct GramDistance : torch::autograd::Function<GramDistance>
     }
 };
 
-/// Σ (a - target)² times `factor`.
-struct SquareDifference : torch::autograd::Function<SquareDifference>
-{
-    static torch::Tensor forward(torch::autograd::AutogradContext* context, const torch::Tensor& a, const torch::Tensor& target,
-                                 double factor)
-    {
-        const auto difference = a - target;
-        context->save_for_backward({difference});
-        context->saved_data["factor"] = factor;
-        return sum_of_squares(difference).mul_(factor);
-    }
-
-    static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
-                                                   torch::autograd::variable_list gradients)
-    {
-        const auto slope = gradients[0] * (2 * context->saved_data["factor"].toDouble());
-        return {context->get_saved_variables()[0] * slope, torch::Tensor(), torch::Tensor()};
-    }
-};
-
 /// Features, or channels, in rows: as they lie in memory, if they do.
 torch::Tensor in_rows(const torch::Tensor& features)
 {
@@ -300,7 +280,7 @@ torch::Tensor covariance(const Moments& moments)
 
 torch::Tensor mean_square_difference(const torch::Tensor& a, const torch::Tensor& target)
 {
-    return SquareDifference::apply(a, target, 1 / static_cast<double>(a.numel()));
+    return sum_of_squares(a - target) / static_cast<double>(a.numel());
 }
 
 torch::Tensor relative_square_difference(const torch::Tensor& a, const torch::Tensor& target)

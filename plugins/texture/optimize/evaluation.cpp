@@ -76,35 +76,23 @@ void Evaluator::each_part(std::int64_t step, const ScheduledStep& scheduled, Vie
         demands_ = demands_of(losses_);
     shown = displayed_values(space_, data.texture->render(), data.hidden);
     const auto picture = sent_to(shown.picture, device_);
-    std::vector<PartPlace> places;
-    for (const int level : data.numbers)
-        places.push_back({level, step, static_cast<std::int64_t>(scheduled.view), scheduled.repeat,
-                          mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(level))});
-    const auto place = fmt::format("step {}, view {}", step + 1, view_name);
-    if (!device_.is_cpu())
+    // The CPU takes one level after the other, in less memory.
+    const std::size_t count = device_.is_cpu() ? 1 : data.levels.size();
+    for (std::size_t first = 0; first < data.levels.size(); first += count)
     {
-        const PixelBox whole{0, 0, static_cast<int>(data.hidden.size(1)), static_cast<int>(data.hidden.size(0))};
-        const auto where = place + ": ";
+        auto where = fmt::format("step {}, view {}", step + 1, view_name);
+        if (count == 1)
+            where += fmt::format(" at {} px", data.levels[first].height_px);
+        where += ": ";
+        PixelBox box = data.levels[first].place;
+        for (std::size_t i = first; i < first + count; ++i)
+            box = {0, box.y0, std::max(box.x1, data.levels[i].place.x1), data.levels[i].place.y1};
         work(
-            picture, whole, [&](const torch::Tensor& image) { return joint_terms(image, places, data, where); }, where);
-        return;
-    }
-    for (std::size_t i = 0; i < data.levels.size(); ++i)
-    {
-        auto& level = data.levels[i];
-        const auto where = fmt::format("{} at {} px: ", place, level.height_px);
-        const auto terms_of = [&](const torch::Tensor& image)
-        {
-            Terms terms;
-            RenderedPart part(places[i], image, level, demands_);
-            for (const auto& [name, loss] : losses_)
-                add_terms(
-                    loss->evaluate(part), name,
-                    [&](const LossTerm& term) { return *loss->weight * level_share(data, i, term, device_); }, where, terms);
-            set_factors(terms);
-            return terms;
-        };
-        work(picture, level.place, terms_of, where);
+            picture, box,
+            [&](const torch::Tensor& image) {
+                return terms_of(image, step, scheduled, data, {first, first + count}, where);
+            },
+            where);
     }
 }
 
@@ -153,19 +141,26 @@ double Evaluator::loss(const ScheduledStep& scheduled, ViewData& data, const std
     return figures().loss;
 }
 
-Evaluator::Terms Evaluator::joint_terms(const torch::Tensor& picture, const std::vector<PartPlace>& places, ViewData& data,
-                                        const std::string& where)
+Evaluator::Terms Evaluator::terms_of(const torch::Tensor& picture, std::int64_t step, const ScheduledStep& scheduled,
+                                     ViewData& data, std::pair<std::size_t, std::size_t> levels, const std::string& where)
 {
     Terms terms;
     // Else the loader has laid them out.
-    if (data.sheets.empty())
+    if (!device_.is_cpu() && data.sheets.empty())
         get_sheets_ready(data, demands_, device_);
     const auto share = [&](std::size_t level, const LossTerm& term) { return level_share(data, level, term, device_); };
     SheetLevels sheet(picture, data, demands_, share);
-    std::vector<std::unique_ptr<RenderedPart>> parts;
-    for (std::size_t i = 0; i < data.levels.size(); ++i)
-        parts.push_back(std::make_unique<RenderedPart>(places[i], cut(picture, data.levels[i].place), data.levels[i], demands_,
-                                                       OnSheet{&sheet, i}));
+    std::vector<RenderedPart> parts;
+    for (std::size_t i = levels.first; i < levels.second; ++i)
+    {
+        auto& level = data.levels[i];
+        const int top = level.place.y0 - data.levels[levels.first].place.y0;
+        const PixelBox box{0, top, level.place.x1, top + level.place.y1 - level.place.y0};
+        const PartPlace place{data.numbers[i], step, static_cast<std::int64_t>(scheduled.view), scheduled.repeat,
+                              mixed(seed_, static_cast<std::uint64_t>(step), static_cast<std::uint64_t>(data.numbers[i]))};
+        parts.emplace_back(place, levels.second - levels.first == 1 ? picture : cut(picture, box), level, demands_,
+                           OnSheet{&sheet, i});
+    }
     for (const auto& [name, loss] : losses_)
     {
         auto* joint = dynamic_cast<JointLoss*>(loss.get());
@@ -175,11 +170,10 @@ Evaluator::Terms Evaluator::joint_terms(const torch::Tensor& picture, const std:
         if (together)
             add_terms(
                 *together, name, [&](const LossTerm&) { return *loss->weight; }, where, terms);
-        else
-            for (std::size_t i = 0; i < parts.size(); ++i)
-                add_terms(
-                    loss->evaluate(*parts[i]), name, [&](const LossTerm& term) { return *loss->weight * share(i, term); },
-                    fmt::format("{}at {} px: ", where, data.levels[i].height_px), terms);
+        for (std::size_t i = 0; i < parts.size() && !together; ++i)
+            add_terms(
+                loss->evaluate(parts[i]), name,
+                [&](const LossTerm& term) { return *loss->weight * share(levels.first + i, term); }, where, terms);
     }
     set_factors(terms);
     return terms;

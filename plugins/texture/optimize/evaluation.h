@@ -86,9 +86,9 @@ class Evaluator
     template <class Factor>
     void add_terms(const std::vector<LossTerm>& of_loss, const std::string& name, const Factor& factor, const std::string& where,
                    Terms& terms);
-    /// The terms of the picture of all levels.
-    Terms joint_terms(const torch::Tensor& picture, const std::vector<PartPlace>& places, ViewData& data,
-                      const std::string& where);
+    /// The terms of the levels from one number to another, which lie in `picture`.
+    Terms terms_of(const torch::Tensor& picture, std::int64_t step, const ScheduledStep& scheduled, ViewData& data,
+                   std::pair<std::size_t, std::size_t> levels, const std::string& where);
     void set_factors(Terms& terms);
 
     /// A number that must be finite, on the run's device.

@@ -49,13 +49,10 @@ struct Layout
                 for (const auto& crop : covering_crops(mask, rules))
                     boxes.push_back({level, crop});
         }
-        std::vector<std::size_t> order(boxes.size());
-        std::iota(order.begin(), order.end(), std::size_t{0});
-        std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t i) { return boxes[i].height(); });
+        std::ranges::stable_sort(boxes, std::greater<>(), &Placed::height);
         std::vector<std::pair<int, int>> rows;  // Their tops, and what is used of their width.
-        for (const std::size_t i : order)
+        for (auto& box : boxes)
         {
-            auto& box = boxes[i];
             auto row = std::ranges::find_if(rows, [&](const auto& r) { return r.second + slot(box.width()) <= width; });
             if (row == rows.end())
             {
@@ -199,7 +196,8 @@ void get_sheets_ready(ViewData& data, const Demands& demands, const torch::Devic
 
 bool SheetLevels::has_all(const LossNeeds& needs) const
 {
-    return !needs.picture && std::ranges::all_of(needs.features, [&](const auto& layers) { return has(*layers.network); });
+    return !needs.picture && !needs.features.empty() &&
+           std::ranges::all_of(needs.features, [&](const auto& layers) { return has(*layers.network); });
 }
 
 const std::vector<LevelColumns>& SheetLevels::counts(const FeatureNetwork& network, const std::string& layer) const

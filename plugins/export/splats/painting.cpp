@@ -2,7 +2,6 @@
 
 #include <fresco/error.h>
 #include <fresco/geometry/surface_search.h>
-#include <fresco/numerics/numerics.h>
 #include <fresco/rendering/mip_maps.h>
 
 #include <fmt/format.h>
@@ -80,16 +79,12 @@ class Painter
             parts.push_back({.source = i, .keeps_color = true, .center = {}, .scale = {}, .color = {}});
             return;
         }
-        const auto& [w, x, y, z] = splats_.rotations[i];
-        const Mat3 rotation = numerics::rotation_of(double{w}, double{x}, double{y}, double{z});
-        const auto axis = [&](std::size_t k) {
-            return Vec3d{rotation(0, static_cast<int>(k)), rotation(1, static_cast<int>(k)), rotation(2, static_cast<int>(k))};
-        };
+        const auto axes = splats::axes_of(splats_, i);
         // Colors do not change along the normal: of the three axes, the one that is nearest to it stays whole.
         const Vec3d normal = face_normal(nearest.face);
         std::size_t across = 0;
         for (std::size_t k = 1; k < 3; ++k)
-            if (std::abs(dot(axis(k), normal)) > std::abs(dot(axis(across), normal)))
+            if (std::abs(dot(axes[k], normal)) > std::abs(dot(axes[across], normal)))
                 across = k;
         const std::size_t a = (across + 1) % 3;
         const std::size_t b = (across + 2) % 3;
@@ -101,7 +96,7 @@ class Painter
         if (along_a.places.size() * along_b.places.size() == 1)
         {
             parts.push_back(
-                {.source = i, .center = {}, .scale = {}, .color = color(center, axis(a) * sigmas[a], axis(b) * sigmas[b])});
+                {.source = i, .center = {}, .scale = {}, .color = color(center, axes[a] * sigmas[a], axes[b] * sigmas[b])});
             return;
         }
         std::array<double, 3> part_sigmas = sigmas;
@@ -117,13 +112,13 @@ class Painter
                 const double shown = -std::expm1(-depth * along_a.gain * along_b.gain);
                 if (shown < least_opacity && parts.size() > 0 && parts.back().source == i)
                     continue;
-                const Vec3d place = center + axis(a) * at_a + axis(b) * at_b;
+                const Vec3d place = center + axes[a] * at_a + axes[b] * at_b;
                 parts.push_back({.source = i,
                                  .is_split = true,
                                  .center = vec_cast<float>(place),
                                  .scale = part_scale,
                                  .opacity = static_cast<float>(shown),
-                                 .color = color(place, axis(a) * along_a.scale, axis(b) * along_b.scale)});
+                                 .color = color(place, axes[a] * along_a.scale, axes[b] * along_b.scale)});
             }
     }
 

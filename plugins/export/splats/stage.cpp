@@ -31,7 +31,7 @@ class ExportSplats final : public Stage
         "format",
         std::nullopt,
         {{"input", std::nullopt}, {"ply", SplatFormat::ply}, {"splat", SplatFormat::splat}, {"spz", SplatFormat::spz}},
-        "input: the splat's own; ply for compressed PLY and SOG"};
+        "input: the splat's own; ply for compressed PLY, SOG and GLB; spz is in meters"};
     Choice<bool> shine{this,
                        "shine",
                        false,
@@ -44,7 +44,7 @@ class ExportSplats final : public Stage
     void run(RunContext& run) override
     {
         texturing::check_textured_mesh(*textured, "the mesh on port 'textured_mesh'");
-        const splats::SplatFile splat = splats::read_splats(file->path);
+        splats::SplatFile splat = splats::read_splats(file->path);
         for (const auto& each : splat.files)
             run.reads_file(each);
         const auto to = (*format).value_or(splats::is_written(splat.format) ? splat.format : SplatFormat::ply);
@@ -55,8 +55,15 @@ class ExportSplats final : public Stage
         const double stroke_m =
             *stroke_cm > 0 ? *stroke_cm / 100
                            : texturing::usual_stroke_m(mesh, texturing::mean_texel_m(mesh, textured->image.pixels.width));
-        const auto painting =
-            export_splats::paint(splat.splats, *textured, {.unit_m = *unit_m, .stroke_m = stroke_m, .densify = *densify}, run);
+        // SPZ is in meters.
+        const bool becomes_metric = to == SplatFormat::spz && to != splat.format;
+        for (std::size_t i = 0; becomes_metric && i < splat.splats.size(); ++i)
+        {
+            splat.splats.centers[i] = vec_cast<float>(vec_cast<double>(splat.splats.centers[i]) * *unit_m);
+            splat.splats.scales[i] = vec_cast<float>(vec_cast<double>(splat.splats.scales[i]) * *unit_m);
+        }
+        const auto painting = export_splats::paint(
+            splat.splats, *textured, {.unit_m = becomes_metric ? 1 : *unit_m, .stroke_m = stroke_m, .densify = *densify}, run);
         if (painting.unpainted == splat.splats.size())
             throw Error("no Gaussian lies within a stroke of the mesh: it was made from another splat, or with another unit_m");
 

@@ -150,7 +150,7 @@ std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid
                               const Progress& progress)
 {
     auto free = reached(scene, grid, eyes, progress);
-    const auto feel = directions(feelers);
+    const auto feel = numerics::spread_directions(feelers);
     parallel_items(free.size(), 1024, progress,
                    [&](std::size_t voxel)
                    {
@@ -173,20 +173,6 @@ std::vector<raycast::Hit> hits_from(const raycast::Scene& scene, Vec3d origin, s
         scene.cast(origin, directions.subspan(begin, count), std::span(hits).subspan(begin, count));
     }
     return hits;
-}
-
-std::vector<Vec3d> directions(std::size_t count)
-{
-    const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
-    std::vector<Vec3d> result;
-    for (std::size_t i = 0; i < count; ++i)
-    {
-        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
-        const double radius = std::sqrt(1 - z * z);
-        const double angle = turn * static_cast<double>(i);
-        result.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
-    }
-    return result;
 }
 
 }  // namespace fresco::virtual_views

@@ -54,7 +54,4 @@ std::vector<Vec3d> free_space(const raycast::Scene& scene, const VoxelGrid& grid
 /// The first hits of any number of rays from one point; see Scene::cast.
 std::vector<raycast::Hit> hits_from(const raycast::Scene& scene, Vec3d origin, std::span<const Vec3d> directions);
 
-/// Unit vectors, evenly spread over the sphere (a Fibonacci lattice).
-std::vector<Vec3d> directions(std::size_t count);
-
 }  // namespace fresco::virtual_views

@@ -247,7 +247,7 @@ class Planner
     Planner(Coverage& coverage, std::span<const Vec3d> places, const Numbers& witness_of, const PlanRules& rules,
             Progress& progress)
         : coverage_(coverage), points_(coverage.points()), places_(places), rules_(rules), progress_(progress),
-          looks_(directions(direction_count(rules.intrinsics))), least_cosine_(least_cosine(rules.intrinsics)),
+          looks_(numerics::spread_directions(direction_count(rules.intrinsics))), least_cosine_(least_cosine(rules.intrinsics)),
           witness_of_(witness_of)
     {
     }

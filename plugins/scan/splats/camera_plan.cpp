@@ -49,27 +49,12 @@ constexpr std::size_t most_cameras = 100;
 /// Cameras look at an object from so far below: what it stands on has no underside.
 constexpr double lowest_sine = -0.1;
 
-/// Unit vectors, evenly spread over the sphere.
-std::vector<Vec3d> directions(std::size_t count)
-{
-    std::vector<Vec3d> result;
-    for (std::size_t i = 0; i < count; ++i)
-    {
-        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count), radius = std::sqrt(1 - z * z);
-        const double angle = std::numbers::pi * (3 - std::sqrt(5.0)) * static_cast<double>(i);
-        result.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
-    }
-    return result;
-}
-
 /// The axes of a Gaussian, longest first, with their standard deviations as lengths.
-std::array<Vec3d, 3> axes_of(const Splats& splats, std::size_t i)
+std::array<Vec3d, 3> longest_axes(const Splats& splats, std::size_t i)
 {
-    const auto& q = splats.rotations[i];
-    const Mat3 turn = numerics::rotation_of(static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2]),
-                                            static_cast<double>(q[3]));
-    const Vec3d scale = vec_cast<double>(splats.scales[i]);
-    std::array<Vec3d, 3> axes{turn * Vec3d{scale.x, 0, 0}, turn * Vec3d{0, scale.y, 0}, turn * Vec3d{0, 0, scale.z}};
+    auto axes = splats::axes_of(splats, i);
+    const Vec3f scale = splats.scales[i];
+    axes = {axes[0] * double{scale.x}, axes[1] * double{scale.y}, axes[2] * double{scale.z}};
     std::ranges::sort(axes, [](Vec3d a, Vec3d b) { return dot(a, a) > dot(b, b); });
     return axes;
 }
@@ -119,7 +104,7 @@ std::vector<Vec3d> enclosed(const OpacityGrid& grid, const Progress& progress)
                 hollows.join(static_cast<std::uint32_t>(voxel), static_cast<std::uint32_t>(next));
     }
     const auto tried = numerics::evenly_spread(std::min(most_tried, clear.size()), clear.size());
-    const auto looks = directions(128);
+    const auto looks = numerics::spread_directions(128);
     std::vector<std::uint8_t> is_enclosed(tried.size());
     parallel_items(tried.size(), 16, progress,
                    [&](std::size_t i)
@@ -156,7 +141,7 @@ Camera level_camera(Vec3d eye, Vec3d forward, Vec3d up)
 std::vector<Camera> candidates(const OpacityGrid& grid, const Places& places, Vec3d up)
 {
     std::vector<Camera> cameras;
-    const auto looks = directions(32);
+    const auto looks = numerics::spread_directions(32);
     for (const Vec3d place : places.places)
     {
         const Vec3d inward = normalized(grid.middle() - place);
@@ -197,7 +182,7 @@ OpacityGrid::OpacityGrid(const Splats& splats)
     {
         const Vec3d center = vec_cast<double>(splats.centers[i]);
         ++gaussians_[cell_of(voxel_at(center))];
-        const auto axes = axes_of(splats, i);
+        const auto axes = longest_axes(splats, i);
         const auto pieces = [&](Vec3d axis)
         { return static_cast<int>(std::min(std::ceil(2 * entered * length(axis) / voxel_m_), most_pieces - 1.0)) + 1; };
         const int across = pieces(axes[0]), down = pieces(axes[1]);
@@ -276,7 +261,7 @@ std::size_t OpacityGrid::cast(Vec3d origin, Vec3d direction, double from_m) cons
 
 Places find_places(const OpacityGrid& grid, Stand stand, const Progress& progress)
 {
-    const auto all = directions(places_around);
+    const auto all = numerics::spread_directions(places_around);
     std::vector<Vec3d> around;
     for (const double distance : {1.0, 0.75})
         for (const Vec3d direction : all)
@@ -295,7 +280,7 @@ Places find_places(const OpacityGrid& grid, Stand stand, const Progress& progres
     std::uint64_t gaussians = 0;
     for (std::size_t cell = 0; cell < grid.cells_count(); ++cell)
         gaussians += grid.gaussians(cell);
-    const auto looks = directions(4000);
+    const auto looks = numerics::spread_directions(4000);
     const auto share = [&](const std::vector<Vec3d>& places)
     { return static_cast<double>(gaussians_seen(grid, places, looks, progress)) / static_cast<double>(gaussians); };
     Places found{false, {}, share(some), share(around)};
@@ -315,7 +300,7 @@ Mesh facing_squares(const Splats& splats, const OpacityGrid& grid, bool inside, 
                    [&](std::size_t i)
                    {
                        const Vec3d center = vec_cast<double>(splats.centers[i * step]);
-                       const auto axes = axes_of(splats, i * step);
+                       const auto axes = longest_axes(splats, i * step);
                        const Vec3d normal = normalized(cross(axes[0], axes[1]));
                        const auto free = [&](Vec3d front)
                        {

@@ -35,7 +35,7 @@ constexpr double most_coarseness = 0.14;
 
 class ScanSplats final : public Stage
 {
-    Option<InputPath> path{this, "path", required, "The splat: .ply, .splat, .spz or .sog, or the folder of a SOG"};
+    Option<InputPath> path{this, "path", required, "The splat: .ply, .splat, .spz, .sog or .glb, or the folder of a SOG"};
     Option<double> unit_m{this, "unit_m", 1.0, range(1e-6, 1e6), "Meters per unit of the file"};
     Option<std::string> up{this, "up", "auto", one_of({"auto", "x", "y", "z", "-x", "-y", "-z"}),
                            "Axis of the file that points up; auto: found by walls, level surfaces and furniture"};
@@ -57,6 +57,7 @@ class ScanSplats final : public Stage
         tell(all, clean, run);
         splats::Splats& scene = clean.splats;
         const Vec3d offset_m = bring_to_world(scene);
+        tell_size(scene, file.format, run);
         const OpacityGrid grid(scene);
         const Places places = find_places(grid, *stand, run);
         const CameraPlan plan = plan_cameras(grid, places, up_of(scene, grid, places.inside, file.format, run), run);
@@ -148,22 +149,21 @@ class ScanSplats final : public Stage
     Vec3d up_of(const splats::Splats& scene, const OpacityGrid& grid, bool inside, splats::SplatFormat format,
                 RunContext& run) const
     {
-        const Mesh squares = facing_squares(scene, grid, inside, run);
-        tell_size(squares, format, run);
         if (*up != "auto")
         {
             const char axis = up->back();
             return Vec3d{axis == 'x' ? 1.0 : 0.0, axis == 'y' ? 1.0 : 0.0, axis == 'z' ? 1.0 : 0.0} *
                    (up->size() > 1 ? -1.0 : 1.0);
         }
+        const Mesh squares = facing_squares(scene, grid, inside, run);
         const geometry::Upward found = geometry::find_up(squares, std::nullopt);
         run.report("up_next_share", found.next_share);
         run.report("up_shape_share", found.shape_share);
         if (found.from == geometry::UpEvidence::shape)
             return found.direction;
         // By its format, or else what stands on a floor is mostly near it.
-        Vec3d guess = format == splats::SplatFormat::spz ? Vec3d{0, 1, 0} : found.direction;
-        if (format != splats::SplatFormat::spz && is_heavier_above(squares, guess))
+        Vec3d guess = splats::is_metric(format) ? Vec3d{0, 1, 0} : found.direction;
+        if (!splats::is_metric(format) && is_heavier_above(squares, guess))
             guess = -guess;
         run.warning(
             fmt::format("the splat does not clearly show which way is up, so {}{} is taken; if it comes out lying or upside "
@@ -185,15 +185,15 @@ class ScanSplats final : public Stage
         return sum > (low + high) / 2;
     }
 
-    void tell_size(const Mesh& squares, splats::SplatFormat format, RunContext& run) const
+    void tell_size(const splats::Splats& scene, splats::SplatFormat format, RunContext& run) const
     {
         numerics::Bounds<float> box;
-        for (const Vec3f corner : squares.positions)
-            box.add(corner);
+        for (const Vec3f center : scene.centers)
+            box.add(center);
         const Vec3d size = vec_cast<double>(box.high - box.low);
         run.report("extent_m", Value::List{size.x, size.y, size.z});
         const std::string measured = fmt::format("{:.2g} x {:.2g} x {:.2g} m", size.x, size.y, size.z);
-        if (format == splats::SplatFormat::spz || *unit_m != 1)
+        if (splats::is_metric(format) || *unit_m != 1)
             run.message(measured);
         else
             run.warning(fmt::format("{} files have no unit: in meters, the scene measures {}; if that is wrong, set unit_m",

@@ -1,4 +1,5 @@
 // ./bootstrap bench splats [FILE]: how many pictures of a splat one core draws in a second.
+#include <fresco/numerics/numerics.h>
 #include <fresco/splats/render_splats.h>
 
 #include <chrono>
@@ -22,12 +23,9 @@ struct OneThread final : Progress
 splats::Splats ball()
 {
     splats::Splats made;
-    constexpr int count = 130'000;
-    for (int i = 0; i < count; ++i)
+    for (const Vec3d out : numerics::spread_directions(130'000))
     {
-        const double z = 1 - (2.0 * i + 1) / count, radius = std::sqrt(1 - z * z), angle = 2.399963 * i;
-        const Vec3d out{radius * std::cos(angle), radius * std::sin(angle), z};
-        const double w = std::sqrt((1 + z) / 2);  // Turns +z to `out`.
+        const double w = std::sqrt((1 + out.z) / 2);  // Turns +z to `out`.
         made.centers.push_back(vec_cast<float>(out * 0.5));
         made.rotations.push_back(
             {static_cast<float>(w), static_cast<float>(-out.y / (2 * w)), static_cast<float>(out.x / (2 * w)), 0});

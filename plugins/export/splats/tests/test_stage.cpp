@@ -68,6 +68,18 @@ TEST_CASE_METHOD(Exported, "Another format, and Gaussians that are split")
     CHECK(Value(found.splats.size()) == run.reported.at("gaussians"));
     const auto left = output(whole, "deep/wall.splat", Value::Map{{"format", "splat"}, {"densify", false}});
     CHECK(left.size() == 32 * splats.size());
+    // SPZ is in meters.
+    splats::Splats decimeters = splats;
+    for (std::size_t i = 0; i < splats.size(); ++i)
+    {
+        decimeters.centers[i] = splats.centers[i] * 10;
+        decimeters.scales[i] = splats.scales[i] * 10;
+    }
+    input(decimeters, SplatFormat::ply);
+    const auto meters = splats::parse_splats(output(whole, "deep/wall.spz", Value::Map{{"format", "spz"}, {"unit_m", 0.1}}), "out");
+    CHECK(meters.splats.centers == found.splats.centers);
+    CHECK(meters.splats.scales == found.splats.scales);
+    CHECK(meters.splats.colors == found.splats.colors);
 }
 
 TEST_CASE_METHOD(Exported, "What cannot be painted is refused")

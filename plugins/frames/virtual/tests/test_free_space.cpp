@@ -2,6 +2,7 @@
 #include "free_space.h"
 #include "rooms.h"
 
+#include <fresco/numerics/numerics.h>
 #include <fresco/testing.h>
 
 #include <set>
@@ -40,7 +41,7 @@ std::vector<Vec3d> slow_free_space(const Mesh& mesh, const VoxelGrid& grid, cons
         int backs = 0;
         int met = 0;
         bool near = false;
-        for (const Vec3d direction : directions(64))
+        for (const Vec3d direction : numerics::spread_directions(64))
         {
             const auto hit = testing::cast(mesh, grid.center(voxel), direction);
             met += hit.found() ? 1 : 0;

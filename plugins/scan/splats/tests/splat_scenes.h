@@ -1,6 +1,8 @@
 #pragma once
 
-#include <fresco/splats/splats.h>
+#include "splat_samples.h"
+
+#include <fresco/numerics/numerics.h>
 
 #include <cmath>
 
@@ -15,18 +17,7 @@ using splats::Splats;
 /// A flat Gaussian across `normal`, of unit length.
 inline void add(Splats& splats, Vec3d center, Vec3d normal, double size, double opacity = 0.9, Vec3f color = {0.5F, 0.4F, 0.3F})
 {
-    // The half-way turn from +z to the normal.
-    const bool is_down = normal.z < -0.999;
-    const double w = is_down ? 0 : std::sqrt((1 + normal.z) / 2);
-    splats.centers.push_back(vec_cast<float>(center));
-    if (is_down)
-        splats.rotations.push_back({0, 1, 0, 0});
-    else
-        splats.rotations.push_back(
-            {static_cast<float>(w), static_cast<float>(-normal.y / (2 * w)), static_cast<float>(normal.x / (2 * w)), 0});
-    splats.scales.push_back({static_cast<float>(size), static_cast<float>(size), static_cast<float>(size / 20)});
-    splats.opacities.push_back(static_cast<float>(opacity));
-    splats.colors.push_back(color);
+    splats::samples::add_flat(splats, center, normal, size, size / 20, opacity, color);
 }
 
 /// The parallelogram at `corner`, with Gaussians every `step`.
@@ -66,13 +57,11 @@ inline Splats room(bool with_ceiling = true)
 inline Splats statue()
 {
     Splats splats;
-    for (int i = 0; i < 4000; ++i)
+    for (const Vec3d out : numerics::spread_directions(4000))
     {
-        const double z = 1 - (2.0 * i + 1) / 4000, radius = std::sqrt(1 - z * z), angle = 2.399963 * i;
-        const Vec3d out{radius * std::cos(angle), radius * std::sin(angle), z};
+        const Vec3d beside = normalized(Vec3d{out.x, out.y, 0});
         add(splats, Vec3d{0, 0, 0.3} + out * 0.1, out, 0.004);
-        add(splats, {0.3 * std::sqrt(i / 4000.0) * std::cos(angle), 0.3 * std::sqrt(i / 4000.0) * std::sin(angle), 0}, {0, 0, 1},
-            0.006);
+        add(splats, beside * (0.3 * std::sqrt((1 - out.z) / 2)), {0, 0, 1}, 0.006);
     }
     box(splats, {-0.02, -0.02, 0}, {0.04, 0.04, 0.2}, 0.006);
     return splats;

@@ -1,5 +1,6 @@
 #include "catch.h"
 #include "raw_images.h"
+#include "shared_data.h"
 #include "splat_samples.h"
 #include "splat_scenes.h"
 
@@ -135,6 +136,9 @@ TEST_CASE("half-trained and invisible splats are not painted over", "[scan.splat
         scale = scale * 10;
     Scanned coarse;
     CHECK_THROWS_WITH(coarse.read(blobs), Catch::Contains("% of the scene's radius") && Catch::Contains("no surface to paint"));
+    const auto label = shared_data("splats/supersplat_mixed_drops_inria_sh3.ply", "the refusal of a half-trained label");
+    if (!label.empty())
+        CHECK_THROWS_WITH(coarse.read(splats::read_splats(label).splats), Catch::Contains("no surface to paint"));
     Splats ghost = statue();
     std::ranges::fill(ghost.opacities, 0.01F);
     Scanned invisible;

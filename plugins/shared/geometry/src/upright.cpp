@@ -48,15 +48,9 @@ using numerics::cosine_deg;
 /// Directions all over half a sphere, 3 degrees apart.
 std::vector<Vec3d> half_sphere()
 {
-    constexpr int count = 2000;
-    constexpr double golden_angle = 2.399963;
-    std::vector<Vec3d> directions;
-    for (int i = 0; i < count; ++i)
-    {
-        const double z = 1 - (i + 0.5) / count;
-        const double radius = std::sqrt(1 - z * z);
-        directions.push_back({radius * std::cos(golden_angle * i), radius * std::sin(golden_angle * i), z});
-    }
+    constexpr std::size_t count = 2000;
+    auto directions = numerics::spread_directions(2 * count);
+    directions.resize(count);
     return directions;
 }
 

@@ -50,10 +50,11 @@ constexpr std::array<std::string_view, 4> size_keys{"byteLength", "byteOffset", 
 /// Lists and maps of indices.
 constexpr std::array<std::string_view, 4> index_lists{"attributes", "children", "nodes", "targets"};
 /// Entries of other extensions are unknown.
-constexpr std::array<std::string_view, 7> read_extensions{"KHR_materials_pbrSpecularGlossiness",
+constexpr std::array<std::string_view, 8> read_extensions{"KHR_materials_pbrSpecularGlossiness",
                                                           "KHR_texture_transform",
                                                           "EXT_meshopt_compression",
                                                           "KHR_draco_mesh_compression",
+                                                          "KHR_gaussian_splatting",
                                                           "EXT_texture_webp",
                                                           "EXT_texture_avif",
                                                           "EXT_mesh_gpu_instancing"};

@@ -112,6 +112,19 @@ Mat3 rotation_of(double w, double x, double y, double z)
              2 * (y * z - w * x), 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}};
 }
 
+std::vector<Vec3d> spread_directions(std::size_t count)
+{
+    const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+    std::vector<Vec3d> directions;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count), radius = std::sqrt(1 - z * z);
+        const double angle = golden_angle * static_cast<double>(i);
+        directions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    }
+    return directions;
+}
+
 std::vector<std::pair<std::uint32_t, std::uint32_t>> nearest_pairs(std::span<const double> a, std::span<const double> b)
 {
     // Remaining points of the circle. The nearest pair is always adjacent: a point between its two would be nearer to one.

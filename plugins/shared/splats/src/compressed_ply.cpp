@@ -46,7 +46,6 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
 {
     const PlyLayout::Element& chunk = *layout.find("chunk");
     const PlyLayout::Element* const vertex = layout.find("vertex");
-    const PlyLayout::Element* const harmonics = layout.find("sh");
     if (vertex == nullptr || vertex->count == 0)
         throw Error(source + ": has no vertices, and so no Gaussian splats");
     if (chunk.begin == 0 || chunk.begin > vertex->begin || chunk.count != (vertex->count + chunk_rows - 1) / chunk_rows)
@@ -74,10 +73,6 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
 
     SplatFile file;
     file.format = SplatFormat::compressed_ply;
-    constexpr int most_degree = 4;
-    while (harmonics != nullptr && file.harmonics_degree < most_degree &&
-           3 * coefficients_of(file.harmonics_degree) < harmonics->properties.size())
-        ++file.harmonics_degree;
     resize(file.splats, vertex->count);
     for (std::size_t i = 0; i < vertex->count; ++i)
     {
@@ -91,7 +86,7 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
         };
         const auto packed = [&](std::size_t at) { return value_at<std::uint32_t>(row, at); };
         const Vec3d shade{fraction(packed(color), 24, 8), fraction(packed(color), 16, 8), fraction(packed(color), 8, 8)};
-        set(file, i, vec_cast<float>(between(low, high, fractions_11_10_11(packed(position)))),
+        set(file.splats, i, vec_cast<float>(between(low, high, fractions_11_10_11(packed(position)))),
             unpacked_rotation(packed(rotation)), between(scale_low, scale_high, fractions_11_10_11(packed(scale))),
             fraction(packed(color), 0, 8), vec_cast<float>(has_colors ? between(color_low, color_high, shade) : shade), source);
     }

@@ -46,11 +46,9 @@ constexpr std::size_t coefficients_of(int degree)
     throw Error(fmt::format("{}: byte {}: {}", source, offset, what));
 }
 
-/// Makes room for `count` Gaussians, whose bytes the caller has compared with the file's.
-void resize(Splats& splats, std::size_t count);
 /// Sets Gaussian `i`, with a quaternion of any length and the logarithms of its scales. Throws Error naming `source` and the
-/// Gaussian if a number is not finite.
-void set(SplatFile& file, std::size_t i, Vec3f center, std::array<double, 4> rotation, Vec3<double> log_scale, double opacity,
+/// Gaussian if a number is not finite. A quaternion of length 0 has no axes: the Gaussian gets opacity 0.
+void set(Splats& splats, std::size_t i, Vec3f center, std::array<double, 4> rotation, Vec3<double> log_scale, double opacity,
          Vec3f color, const std::string& source);
 
 /// How a PLY file of Gaussians is laid out.
@@ -113,6 +111,7 @@ struct SpzContents
 
     /// Bytes per Gaussian of each stream.
     std::array<std::size_t, 6> row_bytes() const;
+    std::size_t bytes_per_gaussian() const;
     void put(std::size_t i, Vec3f center, Vec3f scale, double opacity);
     void put_color(std::size_t i, Vec3f color);
 };
@@ -122,6 +121,8 @@ SpzContents unpacked_spz(Bytes bytes, const std::string& source);
 std::vector<std::byte> packed_spz(const SpzContents& spz);
 SpzContents spz_of(const Splats& splats);
 SplatFile parse_spz(Bytes bytes, const std::string& source);
+
+SplatFile parse_glb(Bytes bytes, const std::string& source);
 
 /// The bytes of a file of a SOG, by its name in meta.json.
 using SogFile = std::function<std::vector<std::byte>(const std::string& name)>;

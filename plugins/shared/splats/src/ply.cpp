@@ -151,9 +151,10 @@ SplatFile parse_ply(Bytes bytes, const std::string& source)
     file.format = SplatFormat::ply;
     const auto rest = static_cast<std::size_t>(
         std::ranges::count_if(vertex->properties, [](const auto& p) { return p.name.starts_with("f_rest_"); }));
-    while (3 * coefficients_of(file.harmonics_degree) < rest)
-        ++file.harmonics_degree;
-    if (3 * coefficients_of(file.harmonics_degree) != rest || file.harmonics_degree > 4)
+    int degree = 0;
+    while (3 * coefficients_of(degree) < rest)
+        ++degree;
+    if (3 * coefficients_of(degree) != rest || degree > 4)
         throw Error(fmt::format("{}: its header has {} properties f_rest_*; expected 0, 9, 24, 45 or 72, for spherical harmonics "
                                 "of degree 0 to 4",
                                 source, rest));
@@ -167,7 +168,7 @@ SplatFile parse_ply(Bytes bytes, const std::string& source)
         };
         const Vec3d color = vec_cast<double>(vector(dc)) * harmonic_0 + Vec3d{0.5, 0.5, 0.5};
         const Vec3f turned = vector(turn);
-        set(file, i, vector(center), {number(turn_w), turned.x, turned.y, turned.z}, vec_cast<double>(vector(scale)),
+        set(file.splats, i, vector(center), {number(turn_w), turned.x, turned.y, turned.z}, vec_cast<double>(vector(scale)),
             sigmoid(number(opacity)), vec_cast<float>(color), source);
     }
     return file;

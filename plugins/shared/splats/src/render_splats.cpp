@@ -53,11 +53,11 @@ struct InCamera
 
 InCamera in_camera(const Splats& splats, std::size_t i, const RigidTransform& camera_from_world)
 {
-    const auto& q = splats.rotations[i];
-    const Mat3 axes = camera_from_world.rotation * numerics::rotation_of(q[0], q[1], q[2], q[3]);
-    const Vec3d scale = vec_cast<double>(splats.scales[i]);
-    const auto row = [&](int r) { return Vec3d{axes(r, 0) * scale.x, axes(r, 1) * scale.y, axes(r, 2) * scale.z}; };
-    return {camera_from_world.point(vec_cast<double>(splats.centers[i])), {row(0), row(1), row(2)}};
+    const auto axes = axes_of(splats, i);
+    const Vec3f scale = splats.scales[i];
+    const Mat3& turn = camera_from_world.rotation;
+    const Vec3d a = turn * axes[0] * double{scale.x}, b = turn * axes[1] * double{scale.y}, c = turn * axes[2] * double{scale.z};
+    return {camera_from_world.point(vec_cast<double>(splats.centers[i])), {{{a.x, b.x, c.x}, {a.y, b.y, c.y}, {a.z, b.z, c.z}}}};
 }
 
 Footprint footprint(const InCamera& gaussian, float opacity, Vec3f color, const Intrinsics& lens)

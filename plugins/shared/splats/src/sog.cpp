@@ -138,8 +138,6 @@ SplatFile parse_sog(std::string_view meta, const SogFile& file, std::size_t tota
 
     SplatFile result;
     result.format = SplatFormat::sog;
-    if (const auto harmonics = root.find("shN"))
-        result.harmonics_degree = static_cast<int>((*harmonics)["bands"].integer(0, 4));
     resize(result.splats, count);
     for (std::size_t i = 0; i < count; ++i)
     {
@@ -154,7 +152,7 @@ SplatFile parse_sog(std::string_view meta, const SogFile& file, std::size_t tota
             return Vec3d{book[pixel[0]], book[pixel[1]], book[pixel[2]]};
         };
         const Vec3d color = coded(color_codes, colors[i]) * harmonic_0 + Vec3d{0.5, 0.5, 0.5};
-        set(result, i, {center[0], center[1], center[2]}, rotation_of(quaternions[i]), coded(scale_codes, scales[i]),
+        set(result.splats, i, {center[0], center[1], center[2]}, rotation_of(quaternions[i]), coded(scale_codes, scales[i]),
             colors[i][3] / 255.0, vec_cast<float>(color), source);
     }
     return result;

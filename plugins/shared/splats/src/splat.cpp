@@ -35,7 +35,7 @@ SplatFile parse_splat(Bytes bytes, const std::string& source)
         const auto byte = [&](std::size_t k) { return static_cast<double>(std::to_integer<int>(row[k])); };
         const auto log = [&](std::size_t k) { return std::log(static_cast<double>(number(k))); };
         const Vec3d color = Vec3d{byte(24), byte(25), byte(26)} * (1 / 255.0);
-        set(file, i, {number(0), number(1), number(2)}, {byte(28) - 128, byte(29) - 128, byte(30) - 128, byte(31) - 128},
+        set(file.splats, i, {number(0), number(1), number(2)}, {byte(28) - 128, byte(29) - 128, byte(30) - 128, byte(31) - 128},
             {log(3), log(4), log(5)}, byte(27) / 255, vec_cast<float>(color), source);
     }
     return file;

@@ -1,6 +1,7 @@
 #include "formats.h"
 
 #include <fresco/files_io.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/zip.h>
 
 #include <algorithm>
@@ -10,8 +11,20 @@ namespace fresco::splats
 
 std::string_view name_of(SplatFormat format)
 {
-    constexpr std::array<std::string_view, 5> names{"PLY", "compressed PLY", "SPLAT", "SPZ", "SOG"};
+    constexpr std::array<std::string_view, 6> names{"PLY", "compressed PLY", "SPLAT", "SPZ", "SOG", "GLB"};
     return names.at(static_cast<std::size_t>(format));
+}
+
+bool is_metric(SplatFormat format)
+{
+    return format == SplatFormat::spz || format == SplatFormat::glb;
+}
+
+std::array<Vec3d, 3> axes_of(const Splats& splats, std::size_t i)
+{
+    const auto& [w, x, y, z] = splats.rotations[i];
+    const Mat3 turn = numerics::rotation_of(double{w}, double{x}, double{y}, double{z});
+    return {turn * Vec3d{1, 0, 0}, turn * Vec3d{0, 1, 0}, turn * Vec3d{0, 0, 1}};
 }
 
 void resize(Splats& splats, std::size_t count)
@@ -23,12 +36,11 @@ void resize(Splats& splats, std::size_t count)
     splats.colors.resize(count);
 }
 
-void set(SplatFile& file, std::size_t i, Vec3f center, std::array<double, 4> rotation, Vec3d log_scale, double opacity,
+void set(Splats& splats, std::size_t i, Vec3f center, std::array<double, 4> rotation, Vec3d log_scale, double opacity,
          Vec3f color, const std::string& source)
 {
     // Gaussians that are flat on purpose have scales down to 0.
     const auto scale = [](double log) { return static_cast<float>(std::max(std::exp(log), 1e-20)); };
-    Splats& splats = file.splats;
     splats.centers[i] = center;
     splats.scales[i] = {scale(log_scale.x), scale(log_scale.y), scale(log_scale.z)};
     splats.opacities[i] = static_cast<float>(opacity);
@@ -53,7 +65,6 @@ void set(SplatFile& file, std::size_t i, Vec3f center, std::array<double, 4> rot
     {
         splats.rotations[i] = {1, 0, 0, 0};
         splats.opacities[i] = 0;
-        ++file.undirected;
     }
 }
 
@@ -121,10 +132,10 @@ SplatFile parse_splats(std::span<const std::byte> bytes, const std::string& sour
     if (is_ksplat(bytes))
         throw Error(source + ": KSPLAT is not supported; convert it: splat-transform IN.ksplat OUT.ply");
     if (text.starts_with("glTF"))
-        throw Error(source + ": is GLB; splats are read from PLY, SPLAT, SPZ and SOG, models by scan.mesh");
+        return parse_glb(bytes, source);
     if (is_splat(bytes))
         return parse_splat(bytes, source);
-    throw Error(source + ": isn't a file of Gaussian splats, or is cut short; expected PLY, SPLAT, SPZ or SOG");
+    throw Error(source + ": isn't a file of Gaussian splats, or is cut short; expected PLY, SPLAT, SPZ, SOG or GLB");
 }
 
 SplatFile read_splats(const std::filesystem::path& file)

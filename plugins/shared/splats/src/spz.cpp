@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <numeric>
 
 namespace fresco::splats
 {
@@ -25,7 +26,7 @@ constexpr double color_scale = 0.15;
 /// Unpacks gzip until `most` bytes or its end.
 std::vector<std::byte> inflated(Bytes packed, std::size_t most, const std::string& source)
 {
-    std::vector<std::byte> result(most);
+    std::vector<std::byte> result;
     z_stream stream{};
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data()));
     constexpr int gzip = 16;
@@ -36,8 +37,12 @@ std::vector<std::byte> inflated(Bytes packed, std::size_t most, const std::strin
     std::size_t made = 0;
     while (code == Z_OK && made < most)
     {
+        constexpr std::size_t least_room = 65536;
+        // A header may claim more than there is: room is made for twice as much as was unpacked.
+        if (made == result.size())
+            result.resize(std::min(most, std::max(2 * made, least_room)));
         const std::size_t in = std::min(packed.size() - taken, step);
-        const std::size_t room = std::min(most - made, step);
+        const std::size_t room = std::min(result.size() - made, step);
         stream.avail_in = static_cast<uInt>(in);
         stream.next_out = reinterpret_cast<Bytef*>(result.data() + made);
         stream.avail_out = static_cast<uInt>(room);
@@ -85,15 +90,8 @@ void inflate_frame(Bytes frame, std::size_t bytes, std::vector<std::byte>& resul
         refuse(source, "one of its zstd streams is damaged");
 }
 
-/// No scene that anybody trained packs this well; a header that claims more is made up.
-void check_count(std::size_t count, std::size_t row_bytes, std::size_t file_bytes, const std::string& source)
-{
-    constexpr std::size_t most_ratio = 200;
-    if (count == 0 || count > (file_bytes + 4096) * most_ratio / row_bytes)
-        refuse(source, fmt::format("its {} bytes cannot hold the {} Gaussians that its header claims", file_bytes, count));
-}
-
-SpzContents begun(Bytes start, const std::string& source)
+/// The contents without streams. `file_bytes`: what they may be packed into.
+SpzContents begun(Bytes start, std::size_t file_bytes, const std::string& source)
 {
     SpzContents spz;
     spz.version = static_cast<int>(value_at<std::uint32_t>(start, 4));
@@ -106,6 +104,10 @@ SpzContents begun(Bytes start, const std::string& source)
     if (spz.degree > 4 || spz.fraction_bits > 24)
         refuse(source, fmt::format("its header has harmonics of degree {} and {} bits of fractions; expected at most 4 and 24",
                                    spz.degree, spz.fraction_bits));
+    // No scene that anybody trained packs this well; a header that claims more is made up.
+    constexpr std::size_t most_ratio = 200;
+    if (spz.count == 0 || spz.count > (file_bytes + 4096) * most_ratio / spz.bytes_per_gaussian())
+        refuse(source, fmt::format("its {} bytes cannot hold the {} Gaussians that its header claims", file_bytes, spz.count));
     return spz;
 }
 
@@ -122,18 +124,14 @@ SpzContents unpacked_legacy(Bytes bytes, const std::string& source)
     const auto start = take(legacy_header);
     if (start.size() < legacy_header || std::memcmp(start.data(), magic.data(), magic.size()) != 0)
         throw Error(source + ": its gzip data doesn't hold SPZ; unpack other files first");
-    SpzContents spz = begun(start, source);
+    SpzContents spz = begun(start, bytes.size(), source);
     const auto row = spz.row_bytes();
-    std::size_t row_bytes = 0;
-    for (const std::size_t each : row)
-        row_bytes += each;
-    check_count(spz.count, row_bytes, bytes.size(), source);
     constexpr std::size_t most_extra = 65536;
-    const std::size_t most_bytes = legacy_header + spz.count * row_bytes + most_extra;
+    const std::size_t least_bytes = legacy_header + spz.count * spz.bytes_per_gaussian(), most_bytes = least_bytes + most_extra;
     const auto plain = take(most_bytes + 1);
     if (plain.size() > most_bytes)
         refuse(source, "more than 64 KiB stand behind its Gaussians");
-    if (plain.size() < legacy_header + spz.count * row_bytes)
+    if (plain.size() < least_bytes)
         refuse(source, fmt::format("its {} Gaussians end behind {} bytes", spz.count, plain.size()));
     auto at = plain.begin() + legacy_header;
     for (std::size_t k = 0; k < row.size(); ++k)
@@ -148,7 +146,7 @@ SpzContents unpacked_legacy(Bytes bytes, const std::string& source)
 
 SpzContents unpacked_ngsp(Bytes bytes, const std::string& source)
 {
-    SpzContents spz = begun(bytes, source);
+    SpzContents spz = begun(bytes, bytes.size(), source);
     const auto row = spz.row_bytes();
     const std::size_t streams = value_at<std::uint8_t>(bytes, 15);
     const std::size_t table = value_at<std::uint32_t>(bytes, 16);
@@ -160,7 +158,6 @@ SpzContents unpacked_ngsp(Bytes bytes, const std::string& source)
     {
         const auto packed = value_at<std::uint64_t>(bytes, table + k * table_entry);
         const auto plain = value_at<std::uint64_t>(bytes, table + k * table_entry + 8);
-        check_count(spz.count, row[k], bytes.size(), source);
         if (packed > bytes.size() - at || plain != spz.count * row[k])
             refuse(source, fmt::format("its stream {} is cut short or has another size than its Gaussians", k));
         inflate_frame(bytes.subspan(at, packed), plain, spz.streams[k], source);
@@ -231,6 +228,12 @@ std::byte rounded(double value)
 std::array<std::size_t, 6> SpzContents::row_bytes() const
 {
     return {9, 1, 3, 3, version == 2 ? 3U : 4U, 3 * coefficients_of(degree)};
+}
+
+std::size_t SpzContents::bytes_per_gaussian() const
+{
+    const auto row = row_bytes();
+    return std::accumulate(row.begin(), row.end(), std::size_t{0});
 }
 
 void SpzContents::put(std::size_t i, Vec3f center, Vec3f scale, double opacity)
@@ -350,7 +353,6 @@ SplatFile parse_spz(Bytes bytes, const std::string& source)
     const SpzContents spz = unpacked_spz(bytes, source);
     SplatFile file;
     file.format = SplatFormat::spz;
-    file.harmonics_degree = spz.degree;
     resize(file.splats, spz.count);
     const auto number = [&](SpzContents::Stream stream, std::size_t at)
     { return static_cast<double>(std::to_integer<int>(spz.streams[stream][at])); };
@@ -371,8 +373,9 @@ SplatFile parse_spz(Bytes bytes, const std::string& source)
         const auto& turns = spz.streams[SpzContents::rotations];
         const auto rotation = spz.version == 2 ? rotation_of_three(reinterpret_cast<const std::uint8_t*>(turns.data()) + 3 * i)
                                                : rotation_of_smallest(value_at<std::uint32_t>(turns, 4 * i));
-        set(file, i, {center[0], center[1], center[2]}, rotation, vector(SpzContents::scales) * (1 / 16.0) - Vec3d{10, 10, 10},
-            number(SpzContents::opacities, i) / 255, vec_cast<float>(color), source);
+        set(file.splats, i, {center[0], center[1], center[2]}, rotation,
+            vector(SpzContents::scales) * (1 / 16.0) - Vec3d{10, 10, 10}, number(SpzContents::opacities, i) / 255,
+            vec_cast<float>(color), source);
     }
     return file;
 }

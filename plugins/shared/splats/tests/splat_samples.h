@@ -29,6 +29,30 @@ std::string raw(T value)
     return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
+/// Appends a Gaussian of other splats.
+inline void copy(const Splats& from, std::size_t i, Splats& to)
+{
+    to.centers.push_back(from.centers[i]);
+    to.rotations.push_back(from.rotations[i]);
+    to.scales.push_back(from.scales[i]);
+    to.opacities.push_back(from.opacities[i]);
+    to.colors.push_back(from.colors[i]);
+}
+
+/// Appends a round Gaussian that lies across `normal`, of unit length.
+inline void add_flat(Splats& splats, Vec3d center, Vec3d normal, double size, double thickness, double opacity, Vec3f color)
+{
+    // The half-way turn from +z to the normal.
+    const double w = std::sqrt(std::max(1 + normal.z, 0.0) / 2);
+    const bool is_down = w < 1e-3;
+    splats.centers.push_back(vec_cast<float>(center));
+    splats.rotations.push_back({is_down ? 0 : static_cast<float>(w), is_down ? 1 : static_cast<float>(-normal.y / (2 * w)),
+                                is_down ? 0 : static_cast<float>(normal.x / (2 * w)), 0});
+    splats.scales.push_back({static_cast<float>(size), static_cast<float>(size), static_cast<float>(thickness)});
+    splats.opacities.push_back(static_cast<float>(opacity));
+    splats.colors.push_back(color);
+}
+
 /// Four Gaussians, among them a flat one, a bright one and one darker than black.
 inline Splats four()
 {

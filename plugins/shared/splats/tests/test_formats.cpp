@@ -133,8 +133,6 @@ TEST_CASE("A PLY keeps what fresco does not know; its harmonics go or stay")
     CHECK(painted_bytes(path, file, same, SplatFormat::ply, true) == bytes);
     CHECK(painted_bytes(path, file, same, SplatFormat::ply, false) ==
           samples::ply(samples::four(), {.degree = 0, .behind = "behind"}));
-    write_file(path, samples::ply(samples::four(), {.degree = 1}));
-    CHECK(read_splats(path).harmonics_degree == 1);
     write_file(path, bytes_of(Splats{{{}}, {{1, 0, 0, 0}}, {{1, 1, 1}}, {0.5F}, {{}}}, SplatFormat::ply));
     CHECK_THROWS_WITH(painted_bytes(path, file, same, SplatFormat::ply, true), Contains("has changed"));
 }
@@ -151,7 +149,7 @@ TEST_CASE("Damaged files are refused in every format")
     CHECK_THROWS_WITH(parse_splats(std::span(splat).first(100), "x.splat"), Contains("is cut short"));
     bad = splat;
     overwrite(bad, 28, 0x80808080U);
-    CHECK(parse_splats(bad, "x.splat").undirected == 1);
+    CHECK(parse_splats(bad, "x.splat").splats.opacities[0] == 0);
 
     const auto spz = bytes_of(plain(), SplatFormat::spz);
     check_cuts_are_refused(std::span(spz).first(spz.size() - 8), "x.spz",  // The checksum isn't needed.
@@ -188,7 +186,6 @@ TEST_CASE("Formats that are not read are refused by name, with the way out")
     CHECK_THAT(meta(R"({"lodLevels": 3})"), Contains("is a streamed SOG; \"splat-transform"));
     CHECK_THAT(meta(R"({"version": 3})"), Contains("expected 2"));
     CHECK_THAT(meta(R"({"version": 2, "count": 999999})"), Contains("bytes cannot hold 999999 Gaussians"));
-    CHECK_THAT(testing::error_of([] { parse_splats(samples::bytes_of("glTF\2"), "x.glb"); }), Contains("x.glb: is GLB"));
     CHECK_THROWS_AS(read_splats(folder.path() / "none.ply"), MissingInput);
     const auto ksplat = shared_data("splats/fixtures/splattransform_minimal.ksplat", "KSPLAT");
     if (!ksplat.empty())
@@ -260,7 +257,6 @@ TEST_CASE("A toy house in meters")
         return;
     const SplatFile file = read_splats(path);
     CHECK(file.splats.size() == 131199);
-    CHECK(file.harmonics_degree == 3);
     std::vector<float> x;
     for (const Vec3f center : file.splats.centers)
         x.push_back(center.x);

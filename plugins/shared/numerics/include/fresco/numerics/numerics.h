@@ -101,6 +101,9 @@ struct Bounds
 
 double cosine_deg(double degrees);
 
+/// Unit vectors from +z to -z, evenly spread over the sphere (a Fibonacci lattice).
+std::vector<Vec3d> spread_directions(std::size_t count);
+
 /// Replaces numbers by 0, 1, 2 … in the order in which they first occur, and returns what each of these stood for. `end`: above
 /// all of them; the greatest 32-bit number stays as it is.
 std::vector<std::uint32_t> number_by_first(std::span<std::uint32_t> numbers, std::size_t end);

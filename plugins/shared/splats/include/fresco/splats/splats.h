@@ -27,23 +27,28 @@ struct Splats
     std::size_t size() const { return centers.size(); }
 };
 
+void resize(Splats& splats, std::size_t count);
+/// The axes of a Gaussian, of unit length.
+std::array<Vec3d, 3> axes_of(const Splats& splats, std::size_t i);
+
 enum class SplatFormat
 {
     ply,             ///< As INRIA's trainer writes them.
     compressed_ply,  ///< PlayCanvas'.
     splat,           ///< antimatter15's: 32 bytes per Gaussian.
     spz,             ///< Niantic's, versions 2 to 4.
-    sog              ///< PlayCanvas', version 2.
+    sog,             ///< PlayCanvas', version 2.
+    glb              ///< glTF with KHR_gaussian_splatting.
 };
 
 std::string_view name_of(SplatFormat format);
+/// Whether files of this format are in meters, with +y up.
+bool is_metric(SplatFormat format);
 
 struct SplatFile
 {
     SplatFormat format{};
     Splats splats;
-    int harmonics_degree = 0;                  ///< 0 to 4.
-    std::size_t undirected = 0;                ///< Gaussians whose rotation had length 0: they have none now, and opacity 0.
     std::vector<std::filesystem::path> files;  ///< Files that read_splats opened.
 };
 

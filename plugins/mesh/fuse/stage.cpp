@@ -114,8 +114,9 @@ class MeshFuse final : public Stage
 
     double voxel_ = 0;  ///< Meters.
 
-    /// Distances are averaged up to this far from the surface: more than the depth noise.
-    double truncation() const { return 4 * voxel_; }
+    /// Distances are averaged up to this far from the surface: more than the depth noise. Rendered depth, for which voxel_m is 0,
+    /// has little, and what lies behind one side of a thin board shifts the other.
+    double truncation() const { return (*voxel_m > 0 ? 4 : 2) * voxel_; }
 
     double min_component() const { return *voxel_m > 0 ? *min_component_m2 : std::min(*min_component_m2, 100 * voxel_ * voxel_); }
 

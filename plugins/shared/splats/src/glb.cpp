@@ -88,7 +88,8 @@ void append(const gltf::GltfFile& file, const tinygltf::Primitive& primitive, co
             color = {srgb(color.x), srgb(color.y), srgb(color.z)};
         set(splats, begin + i, vec_cast<float>(place.linear * vector(centers) + place.origin),
             {w * own_w - dot(axis, own_axis), turned.x, turned.y, turned.z},
-            {log_scale(scale.x), log_scale(scale.y), log_scale(scale.z)}, opacities.at(i, 0), vec_cast<float>(color), "GLB");
+            {log_scale(scale.x), log_scale(scale.y), log_scale(scale.z)}, std::clamp(opacities.at(i, 0), 0.0, 1.0),
+            vec_cast<float>(color), "GLB");
     }
 }
 

@@ -21,6 +21,9 @@ using splats::Splats;
 constexpr float faint_opacity = 0.02F;
 /// Relative to the distance from the middle within which nine of ten Gaussians lie.
 constexpr double giant_size = 0.25;
+/// Gaussians as opaque as this may be larger: they are plain walls.
+constexpr float wall_opacity = 0.5F;
+constexpr double giant_wall_size = 0.5;
 constexpr double far_off = 4;
 /// Heaps are told apart by cells of this part of that distance.
 constexpr double cell_size = 1.0 / 24;
@@ -57,11 +60,7 @@ std::size_t keep_if(Splats& splats, const Keep& keep)
             splats.colors[kept++] = splats.colors[i];
         }
     const std::size_t removed = splats.size() - kept;
-    splats.centers.resize(kept);
-    splats.rotations.resize(kept);
-    splats.scales.resize(kept);
-    splats.opacities.resize(kept);
-    splats.colors.resize(kept);
+    resize(splats, kept);
     return removed;
 }
 
@@ -131,7 +130,12 @@ CleanedSplats cleaned(Splats splats)
     if (!(radius > 0))
         return {.splats = std::move(left), .faint = result.faint};
     result.far = keep_if(left, [&](std::size_t i) { return distance(i) <= far_off * radius; });
-    result.giant = keep_if(left, [&](std::size_t i) { return static_cast<double>(sizes(left, i)[0]) <= giant_size * radius; });
+    result.giant = keep_if(left,
+                           [&](std::size_t i)
+                           {
+                               const double most_size = left.opacities[i] < wall_opacity ? giant_size : giant_wall_size;
+                               return static_cast<double>(sizes(left, i)[0]) <= most_size * radius;
+                           });
     double needles = 0, all = 0;
     std::vector<std::pair<double, double>> weight_by_size;
     for (std::size_t i = 0; i < left.size(); ++i)

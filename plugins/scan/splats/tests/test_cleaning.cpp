@@ -7,23 +7,22 @@ using namespace splat_scenes;
 
 TEST_CASE("cleaning removes what is faint, far, giant or loose, and nothing else", "[scan.splats]")
 {
-    const Splats statue = splat_scenes::statue();
+    Splats statue = splat_scenes::statue();
+    add(statue, {0, 0, 0.4}, {0, 0, 1}, 0.1, 0.6);  // As large and opaque as a plain wall.
     Splats splats;
     add(splats, {0, 0, 0.1}, {0, 0, 1}, 0.01, 0.019);
-    splats.centers.insert(splats.centers.end(), statue.centers.begin(), statue.centers.end());
-    splats.rotations.insert(splats.rotations.end(), statue.rotations.begin(), statue.rotations.end());
-    splats.scales.insert(splats.scales.end(), statue.scales.begin(), statue.scales.end());
-    splats.opacities.insert(splats.opacities.end(), statue.opacities.begin(), statue.opacities.end());
-    splats.colors.insert(splats.colors.end(), statue.colors.begin(), statue.colors.end());
+    for (std::size_t i = 0; i < statue.size(); ++i)
+        splats::samples::copy(statue, i, splats);
     add(splats, {0, 0, 50}, {0, 0, 1}, 0.01);
     add(splats, {0, 0, -50}, {0, 0, 1}, 0.01);
     add(splats, {0, 0, 0.3}, {0, 0, 1}, 0.5);
+    add(splats, {0, 0, 0.3}, {0, 0, 1}, 0.1, 0.4);
     for (int i = 0; i < 3; ++i)
         add(splats, {0.2, 0.2, 0.5 + 0.001 * i}, {0, 0, 1}, 0.002);
     const CleanedSplats clean = cleaned(splats);
     CHECK(clean.faint == 1);
     CHECK(clean.far == 2);
-    CHECK(clean.giant == 1);
+    CHECK(clean.giant == 2);
     CHECK(clean.loose == 3);
     CHECK(clean.needle_share == 0);
     CHECK(clean.splats.centers == statue.centers);

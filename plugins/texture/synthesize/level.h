@@ -146,7 +146,7 @@ class Level
     /// Continues an earlier run after a round. Throws Error unless sizes fit this surface and picture and all values are finite,
     /// Canceled.
     void resume(std::vector<Match> matches, std::vector<float> crowding, const Progress& progress);
-    /// One round: a search, then a vote. \pre A round that refines follows another, or begin() with a coarser level.
+    /// One round: a search, then a vote. \pre A round that refines follows another.
     void paint_round(Round round, const Progress& progress);
     /// Frees what only rounds, missing() and levels that begin with this one need: it can still vote.
     void settle();

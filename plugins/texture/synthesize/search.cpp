@@ -219,7 +219,7 @@ namespace
 /// This share of the distance of the nearest of every eighth key does not count. With all of it, plain walls would get no
 /// strokes.
 constexpr float unavoidable_share = 0.5F;
-constexpr std::size_t unavoidable_step = 8;
+constexpr std::size_t unavoidable_step = 8;  // One of as many keys, at random: they lie in rows.
 
 constexpr std::size_t searched_together = 192;
 constexpr std::size_t sampled_queries = 6000;  // Patches that are searched to see how well each key is served.
@@ -313,13 +313,15 @@ class Search
             unavoidable_[patches[i]] = unavoidable_share * std::max(0.0F, nearest[i].score) / static_cast<float>(values_);
         return features;
     }
-    /// Every eighth key, all alike.
+    /// One of every eight keys, all alike.
     static NearestKeys some_keys(const StylePicture& picture)
     {
         const std::size_t size = picture.feature_count();
         std::vector<float> features;
-        for (std::size_t k = 0; k < picture.key_count(); k += unavoidable_step)
-            features.insert(features.end(), &picture.key_features()[k * size], &picture.key_features()[k * size] + size);
+        for (std::size_t k = 0; k < picture.key_count(); ++k)
+            if (k == 0 ||
+                noise::hash(static_cast<std::uint32_t>(k / unavoidable_step)) % unavoidable_step == k % unavoidable_step)
+                features.insert(features.end(), &picture.key_features()[k * size], &picture.key_features()[k * size] + size);
         return {features, {size, 0}, std::vector<float>(features.size() / size, 1.0F), 0, patch_kernel()};
     }
 
@@ -421,8 +423,8 @@ class Search
                               const std::size_t key = classes[c].keys[found.key];
                               const Vec2f at = picture_.key(key);
                               const Vec2f turn = turn_of(at);
-                              const float cost =
-                                  score(patches[i], distance(wanted, at, turn), at, turn) + repeating(uses, patches[i], key, at);
+                              const float cost = score(patches[i], counted(patches[i], distance(wanted, at, turn)), at, turn) +
+                                                 repeating(uses, patches[i], key, at);
                               if (cost < least || (cost == least && key < best))
                               {
                                   least = cost;
@@ -483,11 +485,14 @@ class Search
         return std::max(0.0F, sum / static_cast<float>(values_) + (squared_gap(gap) - dot(gap, gap)) / 3);
     }
 
-    /// Without the price of what is seen nearby.
+    /// Without what is unavoidable. Rounds often find better places than the keys that tell it.
+    float counted(std::size_t patch, float distance) const { return std::max(0.0F, distance - unavoidable_[patch]); }
+
+    /// The cost of a counted distance, without the price of what is seen nearby.
     float score(std::size_t patch, float distance, Vec2f at, Vec2f turn) const
     {
         const std::size_t key = picture_.key_near(at);
-        const float cost = weights_[key] * (distance + options_.lift - unavoidable_[patch]) + variety_.preference(patch, key);
+        const float cost = weights_[key] * (distance + options_.lift) + variety_.preference(patch, key);
         return picture_.is_directed() ? cost + misalignment_cost * picture_.misalignment(at, turn) : cost;
     }
 
@@ -545,9 +550,10 @@ class Search
                     const NearbyUses::Map& uses) const
     {
         Match best = matches[patch];
-        const float base = options_.lift - unavoidable_[patch];
-        float least = score(patch, (best.distance + coherence_tolerance + base) * coherence_factor - base, best.at, best.turn) +
-                      repeating(uses, patch, picture_.key_near(best.at), best.at);
+        float least =
+            score(patch, (counted(patch, best.distance) + coherence_tolerance + options_.lift) * coherence_factor - options_.lift,
+                  best.at, best.turn) +
+            repeating(uses, patch, picture_.key_near(best.at), best.at);
         for (const std::uint32_t other : patches_.covers(patches_[patch].texel))
         {
             if (other == patch || sources[other] == 0)
@@ -560,7 +566,7 @@ class Search
             const Vec2f turn = picture_.is_directed() ? turned(axis_in(other, patch), source.turn) : source.turn;
             const float away = distance(wanted, at, turn);
             // Prices are at least 0, and mostly not needed.
-            const float unpriced = score(patch, away, at, turn);
+            const float unpriced = score(patch, counted(patch, away), at, turn);
             if (unpriced >= least)
                 continue;
             if (const float found = unpriced + repeating(uses, patch, picture_.key_near(at), at); found < least)

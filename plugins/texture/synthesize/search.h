@@ -32,7 +32,7 @@ struct FeatureSizes
 };
 
 /// Exact search for the key of least score, by blocks of matrix products fused with the minimum: with features f and plain ones
-/// p, w (|f_q - f_k|² + lift) + p_q·p_k = (f_q, p_q, |f_q|², 1)·(-2 w f_k, p_k, w, w (|f_k|² + lift)). Among
+/// p, w (|f_q - f_k|² - u + lift) + p_q·p_k = (f_q, p_q, |f_q|² - u, 1)·(-2 w f_k, p_k, w, w (|f_k|² + lift)). Among
 /// equal scores the lowest key wins. Immutable, so thread-safe.
 class NearestKeys
 {
@@ -106,7 +106,7 @@ struct SearchOptions
     std::uint32_t seed = 0;  ///< Seed of Variety.
 };
 
-/// Where a round's search begins.
+/// The place where the search of a round begins.
 enum class Round
 {
     searches,  ///< With the best of all keys for each patch.
@@ -117,15 +117,15 @@ class NearbyUses;
 
 /// Finds the best place in the picture for every patch, in three steps: an exact search over the keys by principal components; by
 /// all values, the best position between this key and its neighbors; and the places that continue those of neighboring patches,
-/// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (d - u + lift) + preference + price,
-/// where w combines the key's completeness and crowding, 1 on average, and the price is that of a place that the surface nearby
-/// shows. u is half the distance of the nearest of every eighth key: where the picture has no color near the wanted one, all
-/// distances are long, and without it the odd keys, which completeness makes cheap, would seem as good as the nearest ones. The
-/// first step compares the best key of each of eight classes by it, as `before`, the last round's matches, are (empty: no price);
-/// the last step as the matches are then. In a picture with directions, keys are turned so that strokes run along x; a place that
-/// continues another keeps its rotation on the surface, and costs more if its strokes deviate from the lines. A round that
-/// refines leaves out the first two steps. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for
-/// any number of threads. Throws Canceled.
+/// which may differ more (coherence; Ashikhmin 2001, Hertzmann et al. 2001). A place costs w (max(0, d - u) + lift) + preference
+/// + price, where w combines the key's completeness and crowding, 1 on average, and the price is that of a place that the surface
+/// nearby shows. u is half the distance of the nearest of an eighth of the keys: where the picture has no color near the wanted
+/// one, all distances are long, and without it the odd keys, which completeness makes cheap, would seem as good as the nearest
+/// ones. The first step compares the best key of each of eight classes by it, as `before`, the last round's matches, are (empty:
+/// no price); the last step as the matches are then. In a picture with directions, keys are turned so that strokes run along x; a
+/// place that continues another keeps its rotation on the surface, and costs more if its strokes deviate from the lines. A round
+/// that refines leaves out the first two steps. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same
+/// for any number of threads. Throws Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
                           const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options, Round round,
                           std::span<const Match> before, std::span<const float> crowding, const Progress& progress);

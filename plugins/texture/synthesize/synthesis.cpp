@@ -187,7 +187,7 @@ constexpr int preview_px = 512;
 constexpr double slow_preview = 4;  // Previews of more than 1 / 4 s come less often, so that they take a twentieth of the time.
 constexpr int least_patch_px = 5;
 constexpr int most_halvings = 2;        // Halvings of the strokes' size, where there is detail.
-constexpr int later_rounds = 2;         // Of every level but the coarsest: a search, and a round that refines.
+constexpr int later_rounds = 2;         // Every level but the coarsest takes a round that searches and one that refines.
 constexpr double least_missing = 0.45;  // L*a*b*: for half a stroke's width, with full detail …
 constexpr double missing_ratio = 2;     // … and for each further halving: small strokes are few.
 

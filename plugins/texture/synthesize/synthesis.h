@@ -42,7 +42,7 @@ struct SynthesisOptions
     double detail = 0.5;      ///< 0 … 1
     int patch_px = 11;        ///< Points along a patch, odd: a stroke's width and some of what is beside it.
     int levels_count = 2;     ///< Each has half the resolution of the next.
-    int rounds_count = 3;     ///< Of the coarsest level.
+    int rounds_count = 3;     ///< The coarsest level takes these.
     std::uint32_t seed = 0;
     double checkpoint_seconds = 10;  ///< Maximum seconds of work that a killed run loses; 0: no checkpoints.
     double preview_seconds = 5;      ///< Between previews: often enough to watch, at a twentieth of the time.

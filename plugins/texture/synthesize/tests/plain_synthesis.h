@@ -141,8 +141,9 @@ class PlainLevel
         for (std::size_t p = 0; p < patches_.count(); ++p)
         {
             double least = std::numeric_limits<double>::infinity();
-            for (std::size_t k = 0; k < picture_.key_count(); k += 8)
-                least = std::min(least, squared_distance(&features[p * picture_.feature_count()], k));
+            for (std::size_t k = 0; k < picture_.key_count(); ++k)
+                if (k == 0 || noise::hash(static_cast<std::uint32_t>(k / 8)) % 8 == k % 8)
+                    least = std::min(least, squared_distance(&features[p * picture_.feature_count()], k));
             result.unavoidable.push_back(least / 2 / static_cast<double>(picture_.values_per_patch()));
         }
         for (std::size_t p = 0; p < patches_.count(); ++p)
@@ -175,7 +176,7 @@ class PlainLevel
     double score(std::size_t patch, const Searched& searched, Vec2f at, bool is_own) const
     {
         const double lift = options_.search.lift;
-        const double distance = distance_of(searched.looks[patch], at) - searched.unavoidable[patch];
+        const double distance = std::max(0.0, distance_of(searched.looks[patch], at) - searched.unavoidable[patch]);
         return score(patch, is_own ? 2 * (distance + 15 + lift) - lift : distance, at, searched.weights, searched.uses);
     }
 
@@ -389,7 +390,7 @@ class PlainLevel
             if (least[c] < std::numeric_limits<double>::infinity())
             {
                 const Vec2f at = picture_.key(best[c]);
-                least[c] = score(patch, distance_of(searched.looks[patch], at) - searched.unavoidable[patch], at,
+                least[c] = score(patch, std::max(0.0, distance_of(searched.looks[patch], at) - searched.unavoidable[patch]), at,
                                  searched.weights, before);
             }
         return picture_.key(best[static_cast<std::size_t>(std::ranges::min_element(least) - least.begin())]);

@@ -140,6 +140,29 @@ TEST_CASE("a whole synthesis is that of a plain twin")
     }
 }
 
+TEST_CASE("odd parts of a picture do not crowd where its color is missing")
+{
+    // Red wall; a blue picture with a checkered part that is as far from red.
+    WallTask wall([](std::uint32_t, Vec2f) { return Vec3f{0.45F, 0.15F, 0.15F}; });
+    wall.picture = Raster8(96, 96, 3);
+    const auto is_odd = [](float x, float y) { return x >= 64 && y >= 64; };
+    for (int y = 0; y < 96; ++y)
+        for (int x = 0; x < 96; ++x)
+        {
+            const bool is_light = is_odd(static_cast<float>(x), static_cast<float>(y)) && (x / 3 + y / 3) % 2 == 0;
+            const int grain = (x * 7 + y * 13) % 11;
+            wall.picture.at(x, y) = static_cast<std::uint8_t>(is_light ? 200 : 30 + grain);
+            (&wall.picture.at(x, y))[1] = static_cast<std::uint8_t>(is_light ? 180 : 40 + grain);
+            (&wall.picture.at(x, y))[2] = static_cast<std::uint8_t>(is_light ? 60 : 110 + grain);
+        }
+    Level level(wall.task, 0.035, 1, {.side = 5, .search = {.lift = 5}}, wall.run);
+    level.begin(nullptr, wall.run);
+    level.paint_round(Round::searches, wall.run);
+    const auto odd = std::ranges::count_if(level.matches(), [&](const Match& match) { return is_odd(match.at.x, match.at.y); });
+    INFO(odd << " of " << level.matches().size());
+    CHECK(static_cast<double>(odd) < 0.15 * static_cast<double>(level.matches().size()));
+}
+
 TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the finest")
 {
     WallTask wall(smooth_start);

@@ -65,6 +65,7 @@ TEST_CASE("no face exceeds the angle limit where crumbs may not join, which leav
     const auto mesh = shapes::noisy_corner(60);
     const MadeAtlas made(type, mesh, Value::Map{{"size_px", 1024}});
     CHECK(check_atlas(*made.mesh, 1024, 4).none());
+    CHECK(MadeAtlas(type, mesh, Value::Map{{"size_px", 1024}}, 1).mesh->texcoords == made.mesh->texcoords);
     CHECK(made.reported("charts") < 300);
     CHECK(made.reported("used_share") > 0.6);
     CHECK(made.reported("largest_angle_deg") <= 80.001);

@@ -271,17 +271,6 @@ class Flattener
         lay(pending_of(partition));
     }
 
-    /// Has the charts laid better, and lays what found no place there.
-    void improve(const LayFlat& lay_flat)
-    {
-        lay_flat(flat_);
-        FaceList rest;
-        for (std::uint32_t f = 0; f < flat_.chart_of_face.size(); ++f)
-            if (flat_.chart_of_face[f] == none)
-                rest.push_back(f);
-        lay(regrow(rest));
-    }
-
     /// Crumbs that fit beside a chart unchanged go first; joined ones may then leave room for more.
     void place_crumbs()
     {
@@ -341,7 +330,6 @@ class Flattener
         const Vec3d v = cross(axis, u);
         for (const auto f : faces)
         {
-            flat_.projected[f] = 1;
             for (std::size_t k = 0; k < 3; ++k)
             {
                 const auto p = vec_cast<double>(surface_.mesh.positions[surface_.mesh.triangles[f][k]]);
@@ -378,16 +366,13 @@ class Flattener
 
 }  // namespace
 
-FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress,
-                          const LayFlat& lay_flat)
+FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress)
 {
     Flattener flattener(surface, options, progress);
     flattener.lay(Flattener::pending_of(partition));
     progress.progress(1, 3, "rounds");
     flattener.merge();
     progress.progress(2, 3, "rounds");
-    if (lay_flat)
-        flattener.improve(lay_flat);
     if (options.charts.merge_limit_deg > options.charts.angle_limit_deg)
         flattener.place_crumbs();
     progress.progress(3, 3, "rounds");

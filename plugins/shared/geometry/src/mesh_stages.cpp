@@ -1,4 +1,5 @@
 #include <fresco/geometry/atlas_figures.h>
+#include <fresco/geometry/flatten.h>
 #include <fresco/geometry/mesh_stages.h>
 #include <fresco/geometry/packing.h>
 #include <fresco/geometry/repair.h>
@@ -30,8 +31,7 @@ double largest_angle_deg(const Surface& surface, const FlatCharts& flat)
 
 }  // namespace
 
-Mesh projected_atlas(const Mesh& mesh, const AtlasOptions& options, RunContext& run,
-                     const std::function<void(const Surface&, FlatCharts&, const FlattenOptions&)>& lay_flat)
+Mesh projected_atlas(const Mesh& mesh, const AtlasOptions& options, RunContext& run)
 {
     const Surface surface(mesh);
     const auto degenerate = std::ranges::count(surface.areas, 0.0);
@@ -47,12 +47,7 @@ Mesh projected_atlas(const Mesh& mesh, const AtlasOptions& options, RunContext& 
     // The size of a texel when 70 % of the texture are used.
     const double area = std::accumulate(surface.areas.begin(), surface.areas.end(), 0.0);
     const FlattenOptions flatten{.charts = charts, .texel_m = std::sqrt(area / 0.7) / options.size_px};
-    const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), flatten, run,
-                                     [&](FlatCharts& projected)
-                                     {
-                                         if (lay_flat)
-                                             lay_flat(surface, projected, flatten);
-                                     });
+    const auto flat = project_charts(surface, cut_into_charts(surface, charts, run), flatten, run);
     Mesh result = mesh;
     result.texcoords = pack_charts(flat, {.size_px = options.size_px}, run);
     result.charts = flat.chart_of_face;
@@ -63,19 +58,6 @@ Mesh projected_atlas(const Mesh& mesh, const AtlasOptions& options, RunContext& 
     run.report("joined_faces", flat.unfolded_faces);
     return result;
 }
-
-void AtlasStage::run(RunContext& run)
-{
-    check_mesh(*mesh_, "the input mesh");
-    if (*merge_limit_deg_ < *angle_limit_deg_)
-        throw Error("option \"merge_limit_deg\": expected at least angle_limit_deg");
-    const AtlasOptions options{.angle_limit_deg = *angle_limit_deg_, .merge_limit_deg = *merge_limit_deg_, .size_px = *size_px_};
-    atlas_ = projected_atlas(*mesh_, options, run,
-                             [&](const Surface& surface, FlatCharts& projected, const FlattenOptions& flatten)
-                             { lay_flat(surface, projected, flatten, run); });
-}
-
-void AtlasStage::lay_flat(const Surface&, FlatCharts&, const FlattenOptions&, RunContext&) const {}
 
 namespace
 {

@@ -5,7 +5,6 @@
 #include <fresco/geometry/flatten.h>
 
 #include <algorithm>
-#include <numeric>
 #include <set>
 
 inline std::size_t charts_of(const fresco::geometry::FlatCharts& flat)
@@ -42,12 +41,4 @@ inline double share_of(const fresco::geometry::Surface& surface, const fresco::g
 {
     const auto* c = &flat.corners[3 * f];
     return 0.5 * cross(c[1] - c[0], c[2] - c[0]) / surface.areas[f];
-}
-
-/// All faces of a mesh, cut open where they make no disk.
-inline fresco::geometry::Disk whole_disk(const fresco::Mesh& mesh)
-{
-    std::vector<std::uint32_t> faces(mesh.triangles.size());
-    std::iota(faces.begin(), faces.end(), 0u);
-    return cut_to_disk(fresco::geometry::Surface(mesh), faces);
 }

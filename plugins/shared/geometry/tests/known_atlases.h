@@ -45,14 +45,3 @@ inline void check_known_atlases(const char* type)
         CHECK(made.reported("charts") >= known.components);
     }
 }
-
-/// A noisy corner is nearly all mapped without overlap, and the thread count does not matter.
-inline void check_noisy_corner_atlas(const char* type)
-{
-    const auto mesh = shapes::noisy_corner(30);
-    const fresco::Value options = fresco::Value::Map{{"size_px", 512}};
-    const MadeAtlas two(type, mesh, options, 2);
-    CHECK(check_atlas(*two.mesh, 512, 4).none());
-    CHECK(two.reported("mapped_area_share") > 0.8);
-    CHECK(MadeAtlas(type, mesh, options, 1).mesh->texcoords == two.mesh->texcoords);
-}

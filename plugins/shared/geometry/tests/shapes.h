@@ -81,32 +81,6 @@ inline Mesh noisy_corner(std::uint32_t n)
     return mesh;
 }
 
-/// A third of a cylinder of radius 1 and height 1.
-inline Mesh bent_sheet(std::uint32_t n)
-{
-    auto mesh = grid(n, [](float, float) { return 0.0F; });
-    for (auto& p : mesh.positions)
-    {
-        const float angle = (p.x - 0.5F) * 2.0F;
-        p = {std::sin(angle), p.y, std::cos(angle)};
-    }
-    return mesh;
-}
-
-/// A flat square with two square holes.
-inline Mesh holed_sheet()
-{
-    auto mesh = grid(9, [](float x, float y) { return 0.1F * x * y; });
-    std::erase_if(mesh.triangles,
-                  [&](const auto& t)
-                  {
-                      const auto c = (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]) * (1.0F / 3);
-                      const auto in = [&](float low) { return c.x > low && c.x < low + 0.2F && c.y > low && c.y < low + 0.2F; };
-                      return in(0.2F) || in(0.6F);
-                  });
-    return mesh;
-}
-
 /// A closed ring of n x n squares: radii 2 and 1.
 inline Mesh torus(std::uint32_t n)
 {

@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-/// \file Cutting a surface into charts, connected sets of faces that look roughly the same way, and a chart into a disk that can
-/// be laid flat: how every atlas begins.
+/// \file Cutting a surface into charts, connected sets of faces that look roughly the same way: how every atlas begins.
 
 namespace fresco::geometry
 {
@@ -64,19 +63,5 @@ void merge_charts(const Surface& surface, const std::vector<Vec3d>& normals, con
 
 /// All of the above. Every face has a chart; deterministic.
 Partition cut_into_charts(const Surface& surface, const ChartOptions& options, const Progress& progress);
-
-/// Faces that can be laid flat: a disk, maybe with holes. Where the surface is closed or has handles, vertices are doubled along
-/// cuts.
-struct Disk
-{
-    std::vector<Vec3d> points;
-    std::vector<Triangle> triangles;  ///< In the order of the faces it was made of.
-    std::size_t cut_edges = 0;        ///< Edges inside along which it was cut.
-};
-
-/// The faces, which must be connected and ascending, as they are if they have a border and no handle. What has none is cut:
-/// joined over a spanning tree of its faces, which gives a disk whatever the shape, and closed again wherever a cut ends
-/// freely, save two edges of a closed surface.
-Disk cut_to_disk(const Surface& surface, const std::vector<std::uint32_t>& faces);
 
 }  // namespace fresco::geometry

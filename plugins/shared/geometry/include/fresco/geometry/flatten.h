@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <functional>
 #include <limits>
 #include <span>
 #include <utility>
@@ -68,15 +67,10 @@ struct FlattenOptions
     double tolerance_m() const { return 1e-3 * texel_m; }
 };
 
-/// Lays projected charts better where it can: moves corners, cuts charts up. No two faces of a chart overlap afterward and all
-/// charts keep one scale; faces that it leaves without a chart (`none`) are projected again.
-using LayFlat = std::function<void(FlatCharts& flat)>;
-
 /// Projects every chart along its mean normal. Faces that turn away from it by more than merge_limit_deg, and faces that would
 /// lie on others of their chart, leave it and make charts of their own. Crumbs of few faces then go into a chart beside them,
-/// unless merge_limit_deg is angle_limit_deg; `lay_flat`, if any, comes before that. Deterministic. Throws Canceled.
-FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress,
-                          const LayFlat& lay_flat = {});
+/// unless merge_limit_deg is angle_limit_deg. Deterministic. Throws Canceled.
+FlatCharts project_charts(const Surface& surface, const Partition& partition, const FlattenOptions& options, Progress& progress);
 
 /// Lays charts of a few faces and texels beside a neighbor, turned about an edge that both share and scaled by at most 1.25 to
 /// fit it, where nothing lies there yet. Nothing overlaps afterward that did not before. Returns how many charts went; their

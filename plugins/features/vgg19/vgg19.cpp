@@ -384,7 +384,8 @@ struct Vgg19::SheetTape : torch::CustomClassHolder
             stride /= 2;
         }
         const auto values = columns_of(gradient).t().index_select(0, sheet.places);
-        const auto colors = (bgr ? values.flip(1) : values) * terms.factor;
+        const auto scaled = values * terms.factor;
+        const auto colors = bgr ? scaled.flip(1) : scaled;
         return at::zeros({size[0] * size[1], 3}, colors.options())
             .index_add_(0, sheet.pixels, colors)
             .t()

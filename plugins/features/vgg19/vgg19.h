@@ -64,7 +64,7 @@ class Vgg19
         torch::Tensor bias;
     };
     void get_ready();
-    /// Made unless they are ready.
+    /// Makes the filters of a layer, unless get_ready() has.
     Filters filters(std::size_t number, const torch::TensorOptions& options) const;
 
     /// The network's input is offset + factor · picture, each 3 x 1 x 1.

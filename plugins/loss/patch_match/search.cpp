@@ -139,7 +139,8 @@ torch::Tensor nearest_patches(const SearchInput& input, const fresco::Progress& 
             float low = row[0];
             for (std::int64_t j = 1; j < count; ++j)
                 low = row[j] < low ? row[j] : low;
-            if (low >= smallest[i])
+            // NaN is below nothing: style patch 0 stays, so that the loss becomes NaN.
+            if (!(low < smallest[i]))
                 return;
             smallest[i] = low;
             nearest.data_ptr<int>()[i] = static_cast<int>(first + (std::find(row, row + count, low) - row));

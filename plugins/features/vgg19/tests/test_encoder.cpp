@@ -234,7 +234,9 @@ TEST_CASE("Boxes of a sheet are encoded as pictures of their own, and so are the
         sheet.borders.emplace(stride, numbers(borders));
         sheet.cells.emplace(stride, numbers(cells));
     }
-    for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input()})
+    // Channels in another order, each with a factor of its own.
+    const fresco::weights::Vgg19Input mixed{.bgr = true, .scale = 2, .mean = {0.1, 0.2, 0.3}, .deviation = {1, 2, 3}};
+    for (const auto& format : {fresco::weights::caffe_input(), fresco::weights::torchvision_input(), mixed})
     {
         const vgg19::Vgg19 network(random_layers(), format);
         auto together = whole.clone().set_requires_grad(true), apart = whole.clone().set_requires_grad(true);
@@ -243,7 +245,7 @@ TEST_CASE("Boxes of a sheet are encoded as pictures of their own, and so are the
         for (const auto& box : boxes)
         {
             const auto own = apart.narrow(1, box.y, box.height).narrow(2, box.x, box.width);
-            const auto maps = plainly_encoded(format, own, names);
+            const auto maps = format.scale == 2 ? network.encode_generally(own, names) : plainly_encoded(format, own, names);
             for (std::size_t i = 0; i < names.size(); ++i)
                 parts[i].push_back(maps[i].flatten(1));
         }

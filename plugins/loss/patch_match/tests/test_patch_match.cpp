@@ -113,6 +113,15 @@ TEST_CASE("The search agrees with every distance computed one at a time")
     CHECK(at::equal(found, expected.argmin(1).to(at::kInt)));
 }
 
+TEST_CASE("A patch that is not a number finds some style patch")
+{
+    auto patches = random_tensor({4, 6}, 1) + 0.5;
+    patches[2].fill_(std::nan(""));
+    const auto style = random_tensor({60, 6}, 3) + 0.5;
+    const auto found = pm::nearest_patches({.patches = patches, .guide = patches, .style = style, .tolerance = 1}, {});
+    CHECK(((found >= 0) & (found < 60)).all().item<bool>());
+}
+
 TEST_CASE("Blocks and threads change no result, and a style patch finds itself")
 {
     const auto style = random_tensor({5000, 8}, 1) + 0.5;  // more than one block of style patches

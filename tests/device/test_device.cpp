@@ -22,6 +22,20 @@ using fresco::optimize::LoopOptions;
 namespace
 {
 
+/// Is not finite in step `bad_step` the first time, and refuses what follows from that.
+std::shared_ptr<Loss> breaking_loss(std::int64_t bad_step)
+{
+    return std::make_shared<PictureLoss>(
+        [bad_step, broken = false](Part& part) mutable
+        {
+            const auto mean = ordered_mean(part.image());
+            if (!std::isfinite(mean.item<double>()))
+                throw Error("the picture is not finite");
+            const bool breaks = part.step() == bad_step && !std::exchange(broken, true);
+            return breaks ? mean / 0.0 : -mean;
+        });
+}
+
 struct Room
 {
     testing::TemporaryFolder folder{};
@@ -55,6 +69,7 @@ struct Room
         Texture texture;
         std::vector<double> losses;
         std::int64_t waits = 0;
+        std::int64_t rollbacks = 0;
         std::optional<optimize::Checkpoint> checkpoint;  ///< After five steps.
     };
 
@@ -67,7 +82,7 @@ struct Room
         factory.add("features.vgg19", [&] { return network; });
         std::map<std::string, std::shared_ptr<Loss>> components;
         for (const auto& [type, options] : losses)
-            components.emplace(type, made<Loss>(type, options, factory));
+            components.emplace(type, type == "breaking" ? breaking_loss(options.as_int()) : made<Loss>(type, options, factory));
         const auto texture = made<TextureRepresentation>("texture.laplacian", Value::Map{}, factory);
         const auto steps = made<OptimizerRule>(
             rule, rule == "optimizer.adam" ? Value::Map{{"mode", mode}} : Value::Map{{"iterations_count", 2}}, factory);
@@ -76,13 +91,15 @@ struct Room
         options.init = optimize::Init::frames;
         options.lambda_r = 0.01;
         options.levels.angle_limit_deg = 60;
-        options.checkpoint_steps = mode == "dense" ? 5 : 0;
+        options.checkpoint_steps = losses.contains("breaking") ? 2 : mode == "dense" ? 5 : 0;
         testing::TestRun run;
         testing::forget_far_traffic();
         Result result;
         result.texture = optimize::optimized_texture({*maps, wall.frames, style}, {components, *texture, *steps}, options, run);
         result.waits = testing::far_traffic().wait_count();
         result.losses = run.metrics.at("loss");
+        if (const auto* rollbacks = run.reported.find("rollbacks"))
+            result.rollbacks = rollbacks->as_int();
         result.checkpoint = optimize::Checkpoint::read(run.checkpoint_folder() / "checkpoint.safetensors");
         return result;
     }
@@ -179,6 +196,23 @@ TEST_CASE("what can only be computed on the processor is, whatever the device")
     CHECK(distance(room.painted(patches, other_device(), 1).texture, room.painted(patches, torch::kCPU, 1).texture) < 1e-3);
     CHECK(distance(room.painted(gram, other_device(), 1, "optimizer.lbfgs").texture,
                    room.painted(gram, torch::kCPU, 1, "optimizer.lbfgs").texture) < (other_device().is_cuda() ? 2e-3 : 1e-3));
+}
+
+TEST_CASE("a step that is not finite is found on another device as on the processor, though a step later")
+{
+    Room room;
+    // Steps 1 and 2 and then all eight, as a checkpoint is only due before step 3; or steps 1 to 3, and 3 to 8 from that one on.
+    for (const auto& [bad_step, steps] : {std::pair{2, 2 + 8}, {3, 3 + 6}})
+    {
+        const std::map<std::string, Value> losses{{"breaking", bad_step}};
+        const auto near = room.painted(losses, torch::kCPU, 2, "optimizer.adam", "dense");
+        const auto far = room.painted(losses, other_device(), 2, "optimizer.adam", "dense");
+        CHECK(near.losses.size() == static_cast<std::size_t>(steps));
+        CHECK(far.losses.size() == near.losses.size());
+        CHECK(near.rollbacks == 1);
+        CHECK(far.rollbacks == 1);
+        CHECK(distance(far.texture, near.texture) < 5e-3);
+    }
 }
 
 TEST_CASE("a step of the paper's method sends at most 260 operators to a device")

@@ -166,7 +166,7 @@ class Loop
     {
         initial_rules().check();
         components_.texture.allocate(options_.size_px);
-        // Else every level's picture and gradient would cross between processor and device, which would wait for each other.
+        // Else picture and gradient would cross between processor and device, which would wait for each other.
         texture_there_ = !options_.device.is_cpu() && components_.rule.runs_on(options_.device) &&
                          components_.texture.move_to(options_.device);
         prepare_components();
@@ -287,7 +287,7 @@ class Loop
                     camera_memory_.give_back(*data);
                     loaded_visit = scheduled.visit;
                 }
-                one_step(scheduled, *data);
+                checked_step(scheduled, *data);
             }
             take_figures(0);
             measure();
@@ -417,6 +417,24 @@ class Loop
         const auto end = std::chrono::steady_clock::now();
         measuring_ += end - begin;
         held_out_.back().seconds = std::chrono::duration<double>(end - begun_ - measuring_).count();
+    }
+
+    /// A step whose failure does not hide that the one before was not finite, from which it may follow.
+    void checked_step(const ScheduledStep& scheduled, ViewData& data)
+    {
+        try
+        {
+            one_step(scheduled, data);
+        }
+        catch (const NotFinite&)
+        {
+            throw;
+        }
+        catch (...)
+        {
+            take_figures(0);
+            throw;
+        }
     }
 
     void one_step(const ScheduledStep& scheduled, ViewData& data)

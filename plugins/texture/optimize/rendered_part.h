@@ -53,8 +53,8 @@ struct PartPlace
 };
 
 /// A part of one rendered level. A network encodes the image once, with all layers in demand, when the first is asked for: the
-/// whole of it, or the crops that cover the level's pixels. The camera's features are kept in `data` for the next steps on the
-/// view. References its arguments.
+/// whole of it, or the crops that cover the level's pixels, or on a sheet with all levels. The camera's features are kept in
+/// `data` for the next steps on the view. References its arguments.
 class RenderedPart final : public Part
 {
   public:

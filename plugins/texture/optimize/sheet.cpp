@@ -143,7 +143,7 @@ LevelColumns add_cells(const Layout& layout, const LevelData& data, std::size_t 
 
 ViewSheet view_sheet(const ViewData& data, const FeatureNetwork& network, const Demand& demand, const torch::Device& device)
 {
-    // A box of its own costs the space around it.
+    // In pixels: a further box costs the space around it.
     CropRules rules{1, 0, 10'000};
     for (const auto& name : demand.image)
     {

@@ -46,7 +46,7 @@ torch::Device chosen_device(Device wanted)
     // float32 shall be float32; a network has an option for less.
     at::globalContext().setAllowTF32CuDNN(false);
     at::globalContext().setAllowTF32CuBLAS(false);
-    // Crops have many shapes: to time every algorithm for each of them would take longer than the best one saves.
+    // Sheets have many shapes: to time every algorithm for each of them would take longer than the best one saves.
     at::globalContext().setBenchmarkCuDNN(false);
     return {torch::kCUDA, 0};
 }

@@ -103,7 +103,7 @@ class SheetFeatures
   public:
     virtual ~SheetFeatures();
 
-    /// Not with weights that continue a picture by anything but zeros, for example.
+    /// False, for example, for weights that pad pictures with anything but zeros.
     virtual bool takes_sheets() const = 0;
     /// The features of each layer at the sheet's cells of its stride, C x N; differentiable in `picture` (3 x H x W).
     virtual std::vector<torch::Tensor> encode_sheet(const torch::Tensor& picture, const std::vector<std::string>& layers,

@@ -119,7 +119,8 @@ class Loss : public Component
     virtual LossNeeds needs() const = 0;
     /// Once per run, after every network's prepare.
     virtual void prepare(const PrepareContext& context) = 0;
-    /// The terms for one part; none where it has no pixels for this loss.
+    /// The terms for one part; none where it has no pixels for this loss. On another device than the CPU the picture may hold
+    /// values that are not finite, as the step before is checked later.
     virtual std::vector<LossTerm> evaluate(Part& part) = 0;
     /// State that evaluate keeps from step to step; empty by default.
     virtual TensorMap state() const;

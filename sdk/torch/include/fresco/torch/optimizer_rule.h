@@ -26,7 +26,8 @@ class OptimizerRule : public Component
     static constexpr std::string_view component_kind = "optimizer";
     ~OptimizerRule() override;
 
-    /// Whether parameters and gradients may lie on `device`; the default supports only the CPU.
+    /// Whether parameters and gradients may lie on `device`; the default supports only the CPU. A rule that needs
+    /// Evaluation::loss must not run on a device.
     virtual bool runs_on(const torch::Device& device) const;
     /// Before the first step, and where a run starts over: makes its state for these parameters. After
     /// the last step it is called without any.

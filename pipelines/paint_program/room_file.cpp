@@ -35,16 +35,16 @@ bool is_among(const std::string& word, const std::vector<std::string>& words)
     return std::ranges::find(words, word) != words.end();
 }
 
-/// As far as a PLY file's header tells: a vertex with the color of a Gaussian, or chunks of packed ones.
-bool is_splat_ply(const fs::path& file)
+/// As far as the header of a PLY file tells, a vertex with the color of a Gaussian, or chunks of packed ones, or a GLB's JSON.
+bool has_splats(const fs::path& file)
 {
-    std::string header(4096, '\0');
+    std::string header(1 << 20, '\0');
     std::ifstream stream(file, std::ios::binary);
     stream.read(header.data(), static_cast<std::streamsize>(header.size()));
     header.resize(static_cast<std::size_t>(stream.gcount()));
-    header.resize(std::min(header.size(), header.find("end_header")));
-    return header.find(" f_dc_0\n") != std::string::npos || header.find(" packed_position\n") != std::string::npos ||
-           header.find(" f_dc_0\r") != std::string::npos;
+    header.resize(std::min(header.size(), header.find(header.starts_with("glTF") ? std::string("BIN\0", 4) : "end_header")));
+    return header.find("\"KHR_gaussian_splatting\"") != std::string::npos || header.find(" f_dc_0\n") != std::string::npos ||
+           header.find(" packed_position\n") != std::string::npos || header.find(" f_dc_0\r") != std::string::npos;
 }
 
 /// A text in YAML that stands for itself.
@@ -336,7 +336,7 @@ ScanKind kind_of(const fs::path& scan)
     const std::string extension = lower_extension(scan);
     if (fs::is_directory(scan))
         return ScanKind::recording;
-    if (is_among(extension, {".splat", ".spz", ".sog", ".ksplat"}) || (extension == ".ply" && is_splat_ply(scan)))
+    if (is_among(extension, {".splat", ".spz", ".sog", ".ksplat"}) || (is_among(extension, {".ply", ".glb"}) && has_splats(scan)))
         return ScanKind::splats;
     return is_among(extension, models) ? ScanKind::model : ScanKind::recording;
 }

@@ -93,6 +93,8 @@ TEST_CASE("a scan is a recording, a model or splats, by its name and by a PLY fi
     CHECK(kind("gauss.ply", head + "property float f_dc_0\nend_header\n") == ScanKind::splats);
     CHECK(kind("windows.ply", head + "property float f_dc_0\r\nend_header\r\n") == ScanKind::splats);
     CHECK(kind("packed.ply", head + "property uint packed_position\nend_header\n") == ScanKind::splats);
+    CHECK(kind("gauss.glb", R"(glTF…{"extensionsUsed":["KHR_gaussian_splatting"]})") == ScanKind::splats);
+    CHECK(kind("mesh.glb", "glTF") == ScanKind::model);
 }
 
 TEST_CASE("every setting is a line of the pipeline file, which fits the plugins")

@@ -42,7 +42,7 @@ bool has_splats(const fs::path& file)
     std::ifstream stream(file, std::ios::binary);
     stream.read(header.data(), static_cast<std::streamsize>(header.size()));
     header.resize(static_cast<std::size_t>(stream.gcount()));
-    header.resize(std::min(header.size(), header.find(header.starts_with("glTF") ? std::string("BIN\0", 4) : "end_header")));
+    header.resize(std::min(header.size(), header.find(header.starts_with("glTF") ? std::string("BIN\0", 4) : std::string("end_header"))));
     return header.find("\"KHR_gaussian_splatting\"") != std::string::npos || header.find(" f_dc_0\n") != std::string::npos ||
            header.find(" packed_position\n") != std::string::npos || header.find(" f_dc_0\r") != std::string::npos;
 }

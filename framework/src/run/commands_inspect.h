@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-/// \file What `check`, `stages`, `describe`, `graph` and `schema` print. An int is the exit code. Tables fit a terminal of
+/// \file What `check`, `stages`, `describe` and `schema` print. An int is the exit code. Tables fit a terminal of
 /// `width`; the caller folds the rest. How a file was made is for a component of the kind `origin` to read, in a process of
 /// its own; reports of runs are the host's.
 

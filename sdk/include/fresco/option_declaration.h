@@ -93,7 +93,7 @@ inline constexpr std::string_view other_parts = "*";
 /// Form of a rule for a part: a keyword, or an input name (the rule declares that input) with a number from 0 to 1.
 struct RuleForm
 {
-    std::string parts_of{};  ///< The input whose parts the rules are for: others are refused as soon as those are known.
+    std::string parts_of{};  ///< The input whose parts the rules are for: the stage refuses others.
     std::string word{};      ///< "keep"
     std::string input{};     ///< The key of a rule that names an input, and what such an input is called: "texture".
     std::string artifact{};  ///< Artifact of such an input.

@@ -308,7 +308,7 @@ class Writer
             has_regions() ? ", regions: regions" : "", options);
     }
 
-    /// Paints with one round at each scale what is in view, in the colors that the whole would get.
+    /// Paints what is in view at two scales, with one round at the coarser one, nearly in the colors that the whole would get.
     void add_look(const char* stage, const char* sight, const std::string& picture, const Value& view)
     {
         const bool recolors = !has("texture.recolor") || chosen_.at("texture.recolor").as_bool();

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fnmatch.h>
+#include <fstream>
 #include <set>
 
 namespace fresco::studio
@@ -87,6 +89,8 @@ std::string thumbnail_of(const fs::path& recording, const fs::path& folder, int 
         const std::string name = lower_case(entry.filename().string());
         const std::string extension = lower_extension(entry);
         std::error_code error;
+        if (fs::is_symlink(entry, error) && !below(folder, entry.lexically_relative(folder).string()))
+            continue;
         if (fs::is_directory(entry, error))
             folders.push_back(entry);
         else if ((extension == ".jpg" || extension == ".jpeg" || extension == ".png") &&
@@ -200,6 +204,23 @@ Contents contents_of(const fs::path& folder, const std::vector<Layout>& layouts)
     return Search(folder, layouts).found();
 }
 
+namespace
+{
+
+/// Whether a file begins as its name says; a picture may be of another kind, and .splat has no mark.
+bool looks_as_named(const fs::path& file, const fs::path& wanted)
+{
+    std::string begin(12, '\0');
+    std::ifstream(file, std::ios::binary).read(begin.data(), 12);
+    const auto is = [&](std::string_view mark, std::size_t at = 0) { return begin.compare(at, mark.size(), mark) == 0; };
+    if (is_picture(wanted))
+        return is("\xff\xd8\xff") || is("\x89PNG") || is("RIFF") || is("BM") || is("ftyp", 4);
+    const std::string extension = lower_extension(wanted);
+    return extension == ".splat" || (extension == ".glb" && is("glTF")) || (extension == ".ply" && is("ply")) ||
+           (extension == ".sog" && is("PK")) || (extension == ".spz" && (is("\x1f\x8b") || is("NGSP")));
+}
+}  // namespace
+
 std::string take_in(const fs::path& upload, const fs::path& folder, const std::string& wanted)
 {
     const std::string extension = lower_extension(wanted);
@@ -210,6 +231,8 @@ std::string take_in(const fs::path& upload, const fs::path& folder, const std::s
     if (extension == ".gltf" || extension == ".obj")
         throw Error(wanted + ": its pictures are files of their own: put all of them into " + folder.string() +
                     ", or save it as GLB");
+    if (!looks_as_named(upload, wanted))
+        throw Error(wanted + ": its contents are not what its name says; export it again as " + extension.substr(1));
     std::string stem;
     for (const char c : fs::path(wanted).stem().string())
         stem += static_cast<unsigned char>(c) < 0x20 || c == '/' || c == 0x7F ? '_' : c;
@@ -221,11 +244,18 @@ std::string take_in(const fs::path& upload, const fs::path& folder, const std::s
     for (int count = 1; count < 10'000; ++count)
     {
         const std::string name = stem + (count > 1 ? fmt::format("_{}", count) : "") + extension;
-        // An empty file of one's own first, so that the rename replaces nobody's: links are not to be had everywhere.
-        if (const FileDescriptor own(open((folder / name).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)); own.valid())
-        {
-            fs::rename(upload, folder / name);
+        const fs::path file = folder / name;
+        if (renameat2(AT_FDCWD, upload.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) == 0)
             return name;
+        // Some file systems cannot do that: an empty file of one's own first, so that the rename replaces nobody's.
+        if (errno == EINVAL && FileDescriptor(open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)).valid())
+        {
+            std::error_code error;
+            fs::rename(upload, file, error);
+            if (!error)
+                return name;
+            fs::remove(file);
+            throw Error(name + ": cannot be written: " + error.message());
         }
         if (errno != EEXIST)
             throw Error(name + ": cannot be written: " + std::strerror(errno));

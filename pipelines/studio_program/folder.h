@@ -50,10 +50,10 @@ bool is_picture(const std::filesystem::path& file);
 bool is_model(const std::filesystem::path& file);
 
 /// Moves an uploaded file into the folder under a name like `wanted`, never over another file; gives the name. Throws Error for
-/// a name that is neither a picture's nor a model's; `fresco run` refuses contents that are not what the name says.
+/// a name that is neither a picture's nor a model's, and for contents that do not begin as such files do.
 std::string take_in(const std::filesystem::path& upload, const std::filesystem::path& folder, const std::string& wanted);
 
-/// For errors and tests: {scans: [{name, kind, layout, thumbnail}], pictures, runs}
+/// This is what the page gets: {scans: [{name, kind, layout, thumbnail}], pictures, runs}
 Value as_value(const Contents& contents);
 
 }  // namespace fresco::studio

@@ -124,6 +124,10 @@ struct Server::State
             return Response{.status = 303, .location = "/" + options.token + "/"};
         if (!equal_in_constant_time(token, options.token))
             return refusal(403, "the address lacks its token, or was used before: open the one that fresco studio has printed");
+        {
+            const std::lock_guard lock(mutex);
+            entrance.clear();  // The page is open.
+        }
         target.remove_prefix(token.size());
         if (!target.starts_with('/'))
             return refusal(404, "the address ends with a '/' after the token");
@@ -142,7 +146,8 @@ struct Server::State
     bool is_entrance(std::string_view code)
     {
         const std::lock_guard lock(mutex);
-        return !entrance.empty() && equal_in_constant_time(code, entrance) && !std::exchange(entrance, {}).empty();
+        const bool is_open = !entrance.empty() && std::chrono::steady_clock::now() < entrance_end;
+        return is_open && equal_in_constant_time(code, entrance) && !std::exchange(entrance, {}).empty();
     }
 
     void send(tcp::socket& stream, const Response& response, bool keep_alive, unsigned version) const
@@ -276,6 +281,7 @@ struct Server::State
     std::mutex mutex;
     std::map<int, std::chrono::steady_clock::time_point> heard;  ///< By the handles of open connections.
     std::string entrance;
+    std::chrono::steady_clock::time_point entrance_end;
 };
 
 Response refusal(int status, const std::string& text)
@@ -359,6 +365,7 @@ std::string Server::new_entrance()
 {
     const std::lock_guard lock(state_->mutex);
     state_->entrance = random_token();
+    state_->entrance_end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
     return "http://" + state_->hosts.front() + "/" + state_->entrance + "/";
 }
 

@@ -64,7 +64,7 @@ std::optional<std::string> url_decoded(std::string_view text);
 class Server
 {
   public:
-    /// Opens the port; throws Error where it cannot.
+    /// Opens the port; throws Error if that fails.
     explicit Server(ServerOptions options);
     ~Server();
     Server(const Server&) = delete;
@@ -73,7 +73,7 @@ class Server
     std::uint16_t port() const;
     /// "http://127.0.0.1:8123/TOKEN/"
     std::string address() const;
-    /// An address that leads to the other one, once; the one given before is void.
+    /// An address that leads to the other one, once, for a minute and until the other is used; the one given before is void.
     std::string new_entrance();
     /// Serves until stop(), which any thread may call.
     void serve();

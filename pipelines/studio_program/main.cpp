@@ -21,8 +21,8 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
-#include <iterator>
 #include <sys/file.h>
+#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
@@ -263,7 +263,9 @@ class Studio
             // A page asks for the rest of a log that it has read up to there.
             std::ifstream stream(*file, std::ios::binary);
             stream.seekg(static_cast<std::streamoff>(std::strtoull(from->second.c_str(), nullptr, 10)));
-            response.body.assign(std::istreambuf_iterator<char>(stream), {});
+            response.body.resize(std::size_t{1} << 20U);  // The page asks on.
+            stream.read(response.body.data(), static_cast<std::streamsize>(response.body.size()));
+            response.body.resize(static_cast<std::size_t>(stream.gcount()));
             response.file.clear();
         }
         // Never shown as a page of this address, whatever it holds.
@@ -317,8 +319,13 @@ void open_browser(const std::string& address)
     const std::string opener = display ? find_program("xdg-open") : "";
     if (opener.empty())
         return;
-    if (fork() == 0)
+    const pid_t child = fork();
+    if (child == 0)
     {
+        if (fork() != 0)
+            _exit(0);            // So that nobody has to wait for the browser itself.
+        close_range(3, ~0U, 0);  // It may outlive the studio, whose port must be free then.
+        std::signal(SIGPIPE, SIG_DFL);
         sigset_t none;
         sigemptyset(&none);
         sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -326,6 +333,8 @@ void open_browser(const std::string& address)
         execl(opener.c_str(), "xdg-open", address.c_str(), nullptr);
         _exit(1);
     }
+    if (child > 0)
+        waitpid(child, nullptr, 0);
 }
 
 int serve(const Arguments& arguments)

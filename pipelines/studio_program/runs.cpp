@@ -52,17 +52,8 @@ ProcessEnd end_of(const Process& process)
 Runs::Runs(fs::path program, fs::path studio) : program_(std::move(program)), studio_(std::move(studio))
 {
     fs::create_directories(studio_ / "paintings");
-    try
-    {
-        // First looks and previews of other days; the paintings' results stay.
-        if (fs::exists(studio_ / "store"))
-            answer_of({"store", "gc", "--keep-days", "1", "--store", studio_ / "store"});
-    }
-    catch (const Error& error)
-    {
-        fmt::print(stderr, "warning: old previews stay: {}\n", error.what());
-    }
     resume();
+    tidy_store();
     thread_ = std::thread([this] { work(); });
 }
 
@@ -184,8 +175,13 @@ void Runs::refuse_if_painting() const
 void Runs::cancel()
 {
     const std::lock_guard lock(mutex_);
-    if (next_ && next_->is_painting)
-        write_durable_file(next_->folder / "state", std::string_view("canceled"));
+    if (next_)
+    {
+        std::ofstream(next_->log, std::ios::app)
+            << to_json(Value::Map{{"event", "ended"}, {"exit_code", 1}, {"canceled", true}}) << "\n";
+        if (next_->is_painting)
+            write_durable_file(next_->folder / "state", std::string_view("canceled"));
+    }
     next_.reset();
     canceled_ = current_.has_value();
 }
@@ -237,6 +233,26 @@ Value Runs::running() const
     const auto painting = find(job->id);
     return Value::Map{
         {"id", job->id}, {"care", job->care}, {"serial", job->serial}, {"request", painting ? painting->request : Value()}};
+}
+
+/// Removes what old previews left; the paintings' results stay. The store knows paintings by their paths: where the folder was
+/// ever moved, it would take them for gone, so that nothing is removed there. A checkpoint to resume from stays, too.
+void Runs::tidy_store() const
+{
+    const fs::path place = studio_ / "place";
+    try
+    {
+        if (!fs::exists(studio_ / "store"))
+            write_durable_file(place, std::string_view(studio_.native()));
+        else if (!fs::exists(place) || read_text_file(place) != studio_.native())
+            fs::remove(place);
+        else if (!next_)
+            answer_of({"store", "gc", "--store", studio_ / "store"});
+    }
+    catch (const std::exception& error)
+    {
+        fmt::print(stderr, "warning: old previews stay: {}\n", error.what());
+    }
 }
 
 /// The newest painting that was being made when this program was killed is made on.

@@ -83,6 +83,7 @@ class Runs
     void work();
     void run(const Job& job);
     void resume();
+    void tidy_store() const;
 
     std::filesystem::path program_;
     std::filesystem::path studio_;

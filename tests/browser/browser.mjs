@@ -12,6 +12,21 @@ const patience_ms = 120000;
 export const webgl = ["--enable-unsafe-swiftshader", "--use-angle=swiftshader"];
 export const urlOf = file => pathToFileURL(resolve(file)).href;
 
+/// What a canvas shows, as an expression for the page.
+export const seenIn = canvas => `(() => {
+    const copy = document.createElement("canvas");
+    [copy.width, copy.height] = [64, 64];
+    const context = copy.getContext("2d");
+    context.drawImage(document.querySelector("${canvas}"), 0, 0, 64, 64);
+    const { data } = context.getImageData(0, 0, 64, 64), halves = [0, 0];
+    let sum = 0;
+    for (let i = 0; i < data.length; i += 4) {
+        halves[Number(i / 4 % 64 >= 32)] += (Math.abs(data[i] - 0x20) + Math.abs(data[i + 1] - 0x24) + Math.abs(data[i + 2] - 0x2a) > 12) / 2048;
+        sum = (sum * 31 + data[i] + 256 * data[i + 1] + 65536 * data[i + 2]) % 1000000007;
+    }
+    return { part: (halves[0] + halves[1]) / 2, halves, sum };
+})()`;
+
 export class Browser {
     /// `more`: arguments of the program in addition to those that every test needs.
     constructor(program, more = []) {
@@ -155,19 +170,7 @@ export class Browser {
 
     /// How much of the room's canvas is not the background, also of its halves, and a sum that changes with any point.
     seen(canvas = "#room canvas") {
-        return this.evaluate(`(() => {
-            const copy = document.createElement("canvas");
-            [copy.width, copy.height] = [64, 64];
-            const context = copy.getContext("2d");
-            context.drawImage(document.querySelector("${canvas}"), 0, 0, 64, 64);
-            const { data } = context.getImageData(0, 0, 64, 64), halves = [0, 0];
-            let sum = 0;
-            for (let i = 0; i < data.length; i += 4) {
-                halves[Number(i / 4 % 64 >= 32)] += (Math.abs(data[i] - 0x20) + Math.abs(data[i + 1] - 0x24) + Math.abs(data[i + 2] - 0x2a) > 12) / 2048;
-                sum = (sum * 31 + data[i] + 256 * data[i + 1] + 65536 * data[i + 2]) % 1000000007;
-            }
-            return { part: (halves[0] + halves[1]) / 2, halves, sum };
-        })()`);
+        return this.evaluate(seenIn(canvas));
     }
 
     async press(key) {

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { copyFileSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
-import { Browser, webgl } from "../browser/browser.mjs";
+import { Browser, seenIn, webgl } from "../browser/browser.mjs";
 
 const [program, fresco, folder, model, picture, screenshots] = process.argv.slice(2);
 
@@ -103,8 +103,8 @@ assert(first.part > 0.3, `the room fills ${first.part} of the canvas`);
 // From now on there is something in sight: the first look is of that only.
 await browser.evaluate(`{
     const glimpsed = view.glimpsed.bind(view);
-    window.glimpses = 0;
-    view.glimpsed = async (...words) => { await glimpsed(...words); ++window.glimpses; };
+    window.glimpses = [];
+    view.glimpsed = async (...words) => { await glimpsed(...words); await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))); window.glimpses.push(${seenIn("#room canvas")}.sum); };
 }`);
 begin = Date.now();
 await drop(browser, picture);
@@ -112,7 +112,9 @@ await until(browser, `chosen.picture === "sea_waves.jpg" && watched?.care === "p
 console.log(`a second picture: seen after ${Date.now() - begin} ms`);
 await ready(browser, "preview");
 const second = await browser.seen();
-assert.equal(await browser.evaluate("window.glimpses"), 1);
+const glimpses = await browser.evaluate("window.glimpses");
+assert.equal(glimpses.length, 1);
+assert(![first.sum, second.sum].includes(glimpses[0]));
 assert.notEqual(second.sum, first.sum);
 
 // The slider leads to the photo and back.

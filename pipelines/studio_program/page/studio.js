@@ -145,24 +145,32 @@ function showProgress() {
 /// Shows what the run has made so far, the best of it only.
 async function showResults(run) {
     const { out } = run;
-    const mine = () => watched === run;
+    const mine = () => watched === run && run.scan === chosen.scan;
+    const photo = async () => {
+        const bytes = await bytesAt(`${out}photo.glb`);
+        if (!mine())
+            throw new Error("something else was chosen");
+        return bytes;
+    };
+    if (!mine())
+        return;
     if (run.view && run.has("view") && run.has("photo_view")) {
         if (run.newest === "view")
             return;
         const bytes = await bytesAt(`${out}view.glb`);
         if (mine())
-            await view.glimpsed(bytes, () => bytesAt(`${out}photo.glb`));
+            await view.glimpsed(bytes, photo);
         run.newest = "view";
-        shown_scan = chosen.scan;
+        shown_scan = run.scan;
         return;
     }
-    const stays = view.has === "painting" && shown_scan === chosen.scan;  // Nothing lesser takes its place.
+    const stays = view.has === "painting" && shown_scan === run.scan;  // Nothing lesser takes its place.
     if (run.has("view") && run.has("photo_view")) {
         if (run.newest === "view")
             return;
         const bytes = await bytesAt(`${out}view.glb`);
         if (mine())
-            await view.painted(bytes, () => bytesAt(`${out}photo.glb`));
+            await view.painted(bytes, photo);
         run.newest = "view";
     } else if (run.has("photo_view") && !stays) {
         if (run.newest === "photo")
@@ -178,7 +186,7 @@ async function showResults(run) {
         run.newest = "mesh";
     } else
         return;
-    shown_scan = chosen.scan;
+    shown_scan = run.scan;
 }
 
 /// The texture as it grows, on the room with the photo.
@@ -222,9 +230,9 @@ async function showElsewhere(run) {
 async function ended(run) {
     const { exit_code, canceled, error } = run.end;
     const failed = exit_code !== 0 && !canceled && run.care !== "elsewhere";
-    if (failed && run.view)
-        return paint("quick", run.again, false);  // Nothing was in sight.
     if (failed) {
+        if (run.view && run.again && run.problems.some(problem => problem.includes("shows nothing of the mesh")))
+            return paint("quick", true, false);
         const text = [...run.problems, error].filter(Boolean).join("\n") || run.note || "The run ended for an unknown reason.";
         settings.complain(text);
         complain(text);
@@ -268,7 +276,7 @@ function offerFiles(run) {
 function follow({ id, care, serial, request }, again = false) {
     at("newest").hidden = true;
     const log = care === "export" ? "export" : id === "preview" ? `log${serial}` : "log";
-    watched = Object.assign(new Watch(`painting/${id}/${log}.jsonl`, `painting/${id}/out/`, care), { id, again, view: Boolean(request?.view), began: performance.now() });
+    watched = Object.assign(new Watch(`painting/${id}/${log}.jsonl`, `painting/${id}/out/`, care), { id, again, scan: request?.scan, view: Boolean(request?.view), began: performance.now() });
     complain(null);
     say("");
     showProgress();

@@ -120,6 +120,9 @@ TEST_CASE("the browser's entrance leads to the page once, and only the browser")
 {
     Served served;
     const std::string host = "Host: " + served.host() + "\r\n";
+    const std::string useless = served.entrance();
+    CHECK(served.status("GET", "/0123456789abcdef/", host) == 200);
+    CHECK(served.status("GET", useless, host) == 403);  // The page was open already.
     const std::string spent = served.entrance(), path = served.entrance();
     CHECK(served.status("GET", spent, host) == 403);
     CHECK(served.status("GET", path, "Host: evil.example\r\n") == 403);
@@ -128,7 +131,7 @@ TEST_CASE("the browser's entrance leads to the page once, and only the browser")
     CHECK(answer.starts_with("HTTP/1.1 303"));
     CHECK(answer.find("Location: /0123456789abcdef/\r\n") != std::string::npos);
     CHECK(served.status("GET", path, host) == 403);
-    CHECK(served.handled == 0);
+    CHECK(served.handled == 1);
 }
 
 TEST_CASE("connections that say nothing keep nobody out")
@@ -239,6 +242,8 @@ TEST_CASE("recordings are found by the marks of their layouts, models and pictur
     touch(outside.path() / "secret.glb");
     fs::create_symlink(outside.path() / "secret.glb", base / "link.glb");
     fs::create_symlink(outside.path(), base / "others");
+    touch(outside.path() / "secret.jpg");
+    fs::create_symlink(outside.path(), base / "kitchen/a");
     fs::create_symlink(base / "model.GLB", base / "same.glb");
     const Contents found = contents_of(base, layouts);
     REQUIRE(found.scans.size() == 6);
@@ -261,19 +266,22 @@ TEST_CASE("what is added has a name of its own and replaces nothing")
     for (const auto& [wanted, name] : std::vector<std::pair<std::string, std::string>>{
              {"a.png", "a.png"}, {"a.png", "a_2.png"}, {"../<b>.png", "<b>.png"}, {".png.png", "png.png"}})
     {
-        write_file(upload, std::string_view(wanted));
+        write_file(upload, std::string_view("\x89PNG" + wanted));
         CHECK(take_in(upload, folder.path(), wanted) == name);
-        CHECK(read_text_file(folder.path() / name) == wanted);
+        CHECK(read_file(folder.path() / name).size() == 4 + wanted.size());
     }
-    write_file(upload, std::string_view("x"));
-    for (const std::string name : {"a.html", "a", "a.svg", "a.obj"})
+    write_file(upload, std::string_view("\x89PNG"));
+    for (const std::string name : {"a.html", "a", "a.svg", "a.obj", "a.glb", "a.ply"})
         CHECK_THROWS_AS(take_in(upload, folder.path(), name), Error);
+    write_file(upload, std::string_view("text"));
+    CHECK_THROWS_WITH(take_in(upload, folder.path(), "a.png"), Catch::Contains("not what its name says"));
+    CHECK(take_in(upload, folder.path(), "a.splat") == "a.splat");
 }
 
 namespace
 {
 
-/// Paintings made by a program that writes its words into OUT/words and waits as long as the folder has a file "wait".
+/// Paintings made by a program that waits as long as the folder has a file "wait", and notes when it was to tidy the store.
 struct Workshop
 {
     TemporaryFolder folder;
@@ -284,7 +292,9 @@ struct Workshop
     Workshop()
     {
         write_file(program, std::string_view("#!/bin/sh\n"
+                                             "[ \"$1\" = store ] && touch \"${0%/*}/tidied\"\n"
                                              "[ \"$1\" = run ] || { echo '{}'; exit; }\n"
+                                             "[ -e \"${0%/*}/deaf\" ] && trap '' TERM\n"
                                              "echo '{\"event\":\"begin\"}'\n"
                                              "while [ -e \"${0%/*}/wait\" ]; do sleep 0.02; done\n"
                                              "echo told; [ ! -e \"${0%/*}/fail\" ]\n"));
@@ -334,6 +344,33 @@ TEST_CASE_METHOD(Workshop, "paintings are made one at a time, canceled, removed 
     hold(false);
     Runs runs(program, folder.path() / "studio");
     CHECK(after(runs, "0004", "log.jsonl", "ended") == "done");
+    // One that waits for a preview to end is canceled.
+    touch(folder.path() / "deaf");
+    hold(true);
+    const std::string log = fmt::format("log{}.jsonl", runs.paint(settings, asked, "preview").serial);
+    CHECK(after(runs, "preview", log, "begin") == "running");
+    CHECK(runs.paint(settings, asked, "full").id == "0005");
+    runs.cancel();
+    hold(false);
+    CHECK(after(runs, "0005", "log.jsonl", "ended") == "canceled");
+}
+
+TEST_CASE_METHOD(Workshop, "the store is tidied where it was made, and never again once the folder was elsewhere")
+{
+    const fs::path tidied = folder.path() / "tidied", here = folder.path() / "here", there = folder.path() / "there";
+    const auto tidies = [&](const fs::path& studio)
+    {
+        fs::remove(tidied);
+        const Runs runs(program, studio);
+        return fs::exists(tidied);
+    };
+    CHECK_FALSE(tidies(here));
+    fs::create_directories(here / "store");
+    CHECK(tidies(here));
+    fs::rename(here, there);
+    CHECK_FALSE(tidies(there));
+    fs::rename(there, here);
+    CHECK_FALSE(tidies(here));
 }
 
 TEST_CASE_METHOD(Workshop, "a preview ends for the next one, and each has a log of its own")

@@ -1,4 +1,5 @@
 #include <fresco/error.h>
+#include <fresco/image_io.h>
 #include <fresco/images/lab.h>
 #include <fresco/mesh.h>
 #include <fresco/regions/regions.h>
@@ -21,7 +22,7 @@ using namespace fresco;
 namespace
 {
 
-/// Marks the faces with a corner of a marked one: their number in the mesh may be more than a picture has pixels for.
+/// Marks the faces with a corner of a marked one. A picture shows only some of the faces that are smaller than a pixel.
 void add_ring(const Mesh& mesh, std::vector<std::uint8_t>& marked)
 {
     std::vector<std::uint8_t> corners(mesh.positions.size(), 0);
@@ -41,7 +42,7 @@ class MeshInView final : public Stage
     Input<Mesh> mesh{this, "mesh", "The mesh with its atlas"};
     Input<Texture> texture{this, "texture", "A texture of the same atlas, to paint over"};
     Input<Image> style{this, "style", optional,
-                       "Recolors the texture with this picture's colors, as texture.synthesize would recolor all of it"};
+                       "Recolors the texture with this picture's colors, nearly as texture.synthesize would recolor all of it"};
     Input<Regions> regions{this, "regions", optional, "Regions of the mesh"};
     Output<Mesh> part{this, "mesh", "The faces in view; they keep their texcoords"};
     Output<Texture> start{this, "texture", "The texture where these faces are"};
@@ -89,7 +90,8 @@ class MeshInView final : public Stage
         return marked;
     }
 
-    /// The whole texture's colors decide, so that a view gets the colors that all of the surface would get there.
+    /// The whole texture's colors decide, so that each view gets the same ones. texture.synthesize counts those that it fills in
+    /// where nothing was seen, too.
     ColorMap recoloring(const RasterF& rgb) const
     {
         ColorMoments from, to;
@@ -99,7 +101,7 @@ class MeshInView final : public Stage
         const auto& values = style->pixels.values;
         const auto channels = static_cast<std::size_t>(style->pixels.channels);
         for (std::size_t i = 0; i + channels <= values.size(); i += channels)
-            if (channels == 3 || values[i + 3] != 0)
+            if (channels == 3 || values[i + 3] >= least_opaque_alpha)
                 to.add(Vec3d{double(values[i]), double(values[i + 1]), double(values[i + 2])} * (1.0 / 255));
         return monge_kantorovich(from, to);
     }
@@ -141,7 +143,7 @@ class MeshInView final : public Stage
         part = std::move(seen);
     }
 
-    /// Elsewhere black and unseen: the store packs that to nothing.
+    /// The other texels are black and unseen, which the store packs to nothing.
     Texture start_of(const Mesh& seen, const Progress& progress) const
     {
         const int size = texture->size_px();

@@ -2,9 +2,11 @@
 #include "plugin_under_test.h"
 
 #include <fresco/images/lab.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/regions/regions.h>
 #include <fresco/testing.h>
 #include <fresco/testing_scenes.h>
+#include <fresco/texturing/texel_faces.h>
 
 #include <algorithm>
 #include <set>
@@ -74,10 +76,12 @@ TEST_CASE_METHOD(Walls, "the faces in view and two rings around them are kept, w
     const auto parts = result<Regions>("regions");
     check_mesh(*part, "the part");
     CHECK(part->texture_px == 32);
+    CHECK(texturing::usual_stroke_m(*part, 0.001) == texturing::usual_stroke_m(mesh, 0.001));
     CHECK(parts->atlas == atlas_id(*part));
     // 20 cm to each side are seen at 2 m: the four squares of a quarter meter at the middle. Then two rings of faces follow.
     std::set<std::uint32_t> known;
-    const auto touches = [&](const Triangle& t) { return std::ranges::any_of(t, [&](auto corner) { return known.contains(corner); }); };
+    const auto touches = [&](const Triangle& t)
+    { return std::ranges::any_of(t, [&](auto corner) { return known.contains(corner); }); };
     for (std::size_t v = 0; v < 81; ++v)
         if (std::abs(mesh.positions[v].x) < 0.3F && std::abs(mesh.positions[v].y) < 0.3F)
             known.insert(static_cast<std::uint32_t>(v));
@@ -103,6 +107,21 @@ TEST_CASE_METHOD(Walls, "the faces in view and two rings around them are kept, w
     CHECK(run.reported.at("faces").as_int() == static_cast<std::int64_t>(next));
 }
 
+TEST_CASE_METHOD(Walls, "a wide view toward a corner of the wall lies where the eye is, and on its side where up is")
+{
+    const auto [up, low, high] = GENERATE(std::tuple{Vec3f{0, 1, 0}, Vec3f{-1, -0.5F, 2}, Vec3f{0.5F, 1, 2}},
+                                          std::tuple{Vec3f{1, 0, 0}, Vec3f{-1, -0.75F, 2}, Vec3f{0.25F, 1, 2}});
+    // 94 x 31 cm are seen at 2 m, and two squares of 25 cm more to each side.
+    cut({{"position_m", Value::List{-0.5, 0.25, 0}}, {"up", Value::List{up.x, up.y, up.z}}, {"aspect", 3}, {"field_deg", 9}});
+    const auto part = result<Mesh>("mesh");
+    numerics::Bounds<float> box;
+    for (const Triangle& triangle : part->triangles)
+        for (const std::uint32_t corner : triangle)
+            box.add(part->positions[corner]);
+    CHECK(length(box.low - low) < 1e-5F);
+    CHECK(length(box.high - high) < 1e-5F);
+}
+
 TEST_CASE_METHOD(Walls, "the view's texels are recolored as the whole texture would be, and the others are not known")
 {
     cut({}, {{"style", std::make_shared<Image>(style)}});
@@ -124,7 +143,7 @@ TEST_CASE_METHOD(Walls, "the view's texels are recolored as the whole texture wo
     CHECK(result<Texture>("texture")->layers.front().at(8, 22, 0) == 0.25F);
 }
 
-TEST_CASE_METHOD(Walls, "a view of nothing, and directions that are none, are refused")
+TEST_CASE_METHOD(Walls, "a view of nothing, and invalid directions, are refused")
 {
     CHECK_THAT(refusal({{"forward", Value::List{1, 0, 0}}, {"field_deg", 20}}), Catch::Contains("shows nothing"));
     CHECK_THAT(refusal({{"position_m", Value::List{0, 0, 3}}}), Catch::Contains("shows nothing"));  // Backs are not seen.

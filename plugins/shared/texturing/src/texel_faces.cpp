@@ -480,9 +480,8 @@ double mean_texel_m(const Mesh& mesh, int size_px)
 double longest_side_m(const Mesh& mesh)
 {
     numerics::Bounds<float> box;
-    for (const Triangle& triangle : mesh.triangles)
-        for (const std::uint32_t corner : triangle)
-            box.add(mesh.positions[corner]);
+    for (const Vec3f& position : mesh.positions)
+        box.add(position);
     const Vec3f sides = box.high - box.low;
     return double{std::max({sides.x, sides.y, sides.z})};
 }

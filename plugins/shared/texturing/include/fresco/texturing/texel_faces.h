@@ -87,7 +87,7 @@ Vec3f texel_position(const Mesh& mesh, const TexelFaces& faces, std::size_t texe
 /// have no area. The mesh must have texcoords.
 double mean_texel_m(const Mesh& mesh, int size_px);
 
-/// The longest side of the box around the faces, in meters.
+/// The longest side of the box around the vertices, in meters: those of mesh.in_view are of the whole surface.
 double longest_side_m(const Mesh& mesh);
 /// The width of brush strokes where nobody says another: 3.5 cm on a surface 3 m long or longer, in proportion on a smaller one,
 /// and at least two texels of this size.

@@ -77,9 +77,9 @@ int tidy(const StoreArguments& arguments)
                                            size_text(result.freed_mb), result.checkpoints, result.leftovers);
     fmt::print("{}{}\n", table.text(width), folded(counts, width));
     if (result.kept > 0)
-        print_line(fmt::format("kept {} of pipelines whose files are missing, but which ran in the last {} (--keep-days {})",
-                               counted(static_cast<std::size_t>(result.kept), "result"), days_text(arguments.keep_days),
-                               arguments.keep_days));
+        print_line(fmt::format("kept {} ({}) of pipelines whose files are missing, but which ran in the last {} (--keep-days {})",
+                               counted(static_cast<std::size_t>(result.kept), "result"), size_text(result.kept_mb),
+                               days_text(arguments.keep_days), arguments.keep_days));
     for (const std::string& stuck : result.stuck)
         print_line("cannot be removed: " + stuck);
     return 0;

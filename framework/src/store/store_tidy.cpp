@@ -217,7 +217,9 @@ TidyResult tidy_store(const Store& store, double keep_days, bool dry_run)
         const bool old = (now - static_cast<double>(object.time_s)) / 86400.0 >= keep_days;
         if (object.whole && (object.in_use || !old || used.unseen.contains(object.id)))
         {
-            result.kept += !object.in_use && old ? 1 : 0;
+            const bool only_unseen = !object.in_use && old;
+            result.kept += only_unseen ? 1 : 0;
+            result.kept_mb += only_unseen ? object.disk_mb : 0;
             kept_keys.insert(object.key);
             continue;
         }

@@ -40,6 +40,7 @@ struct TidyResult
     int checkpoints = 0;
     int leftovers = 0;               ///< Temporary folders of killed runs.
     std::vector<std::string> stuck;  ///< Temporary folders that cannot be removed, each with the reason.
+    double kept_mb = 0;              ///< Disk that `kept` use.
     int kept = 0;  ///< Old results, kept because a pipeline whose file cannot be seen used them within `keep_days`.
 };
 

@@ -83,9 +83,14 @@ TEST_CASE("Results of a pipeline's last run stay for keep_days, though its file 
     write_stage_record(store, pipeline, record);
     const fs::path file = pipeline_folder(store, pipeline) / "s.json";
     touch(file, 24 * 6);
+    double disk_mb = 0;
+    for (const StoredObject& object : list_objects(store))
+        disk_mb += object.disk_mb;
     const TidyResult kept = tidy_store(store, 7, false);
     CHECK(kept.removed.empty());
     CHECK(kept.kept == 2);
+    CHECK(kept.kept_mb == Approx(disk_mb));
+    CHECK(disk_mb > 0);
     touch(file, 24 * 8);
     CHECK(tidy_store(store, 7, true).removed.size() == 2);
     write_stage_record(store, pipeline, record);  // Another run writes the same record.

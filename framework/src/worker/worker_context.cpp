@@ -219,11 +219,11 @@ fs::path WorkerContext::scratch_folder()
 
 /// A checkpoint was made from the outside files that its record names; it is worth nothing once one of them changed. Throws Error
 /// if the record is gone or damaged.
-bool WorkerContext::checkpoint_fits() const
+bool WorkerContext::checkpoint_fits(const std::string& key) const
 {
-    const fs::path file = store_.checkpoint_file(key_, ".dependencies");
+    const fs::path file = store_.checkpoint_file(key, ".dependencies");
     const Value record = read_record(file);
-    if (record.at("key").as_string() != key_)
+    if (record.at("key").as_string() != key)
         throw Error(file.string() + ": is the record of another checkpoint");
     const auto& dependencies = record.at("dependencies").as_list();
     for (const auto& entry : dependencies)
@@ -252,7 +252,7 @@ void WorkerContext::drop_unfit_checkpoint()
     try
     {
         const std::string refusal = store_.checkpoint_refusal(key_, place_);
-        if (refusal.empty() && checkpoint_fits())
+        if (refusal.empty() && checkpoint_fits(key_))
             return;
         if (!refusal.empty())
             channel_.send("message", {{"text", "begins again: " + refusal}});
@@ -264,6 +264,30 @@ void WorkerContext::drop_unfit_checkpoint()
     store_.drop_checkpoint(key_);
 }
 
+/// A stage that `stop_at_step` ends early begins as it would without: continues from the checkpoint of that run. The other run
+/// keeps its own: files of checkpoints are replaced, never changed, so links are enough.
+void WorkerContext::take_over_checkpoint() const
+{
+    Value options = request_.key_document.at("options");
+    const Value* stop = options.find("stop_at_step");
+    if (stop == nullptr || *stop == Value(0))
+        return;
+    options.set("stop_at_step", 0);
+    Value whole = request_.key_document;
+    whole.set("options", std::move(options));
+    const std::string key = content_hash(to_json(whole));
+    attempt(
+        [&]
+        {
+            if (!store_.checkpoint_refusal(key, place_).empty() || !checkpoint_fits(key))
+                return;
+            std::error_code error;
+            fs::copy(store_.checkpoint(key), store_.checkpoint(key_),
+                     fs::copy_options::recursive | fs::copy_options::create_hard_links, error);
+            fs::copy_file(store_.checkpoint_file(key, ".curves"), store_.checkpoint_file(key_, ".curves"), error);
+        });
+}
+
 fs::path WorkerContext::checkpoint_folder()
 {
     const std::lock_guard lock(mutex_);
@@ -272,6 +296,8 @@ fs::path WorkerContext::checkpoint_folder()
     {
         if (path_status(folder))
             drop_unfit_checkpoint();
+        else
+            take_over_checkpoint();
         record_dependencies();
         make_folder(folder);
         checkpointing_ = true;

@@ -96,10 +96,11 @@ class WorkerContext final : public RunContext
     void depend_on(const std::filesystem::path& path, bool folder);
     void keep_curves(double done, std::string_view unit);
     void keep_checkpoint_share();
-    bool checkpoint_fits() const;
+    bool checkpoint_fits(const std::string& key) const;
     Value input_file_names() const;
     void record_dependencies() const;
     void drop_unfit_checkpoint();
+    void take_over_checkpoint() const;
 
     WorkerChannel& channel_;
     const Store& store_;

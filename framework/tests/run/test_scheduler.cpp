@@ -191,6 +191,30 @@ TEST_CASE("Interrupted in order, a run goes on from its checkpoint")
     CHECK(fs::is_empty(place.file(".fresco/checkpoints")));
 }
 
+TEST_CASE("A stage that stop_at_step ends early goes on from the checkpoint of the whole run, which keeps it")
+{
+    RoomPlace place(R"(
+  slow: {type: test.slow, steps: 60, step_ms: 1, log: log}
+  text: {type: test.sink, input: slow, path: count.txt, log: log}
+)");
+    const auto run = place.start({"run", "room.yaml", "--json-log", "--set", "slow.step_ms=500"});
+    wait_until([&] { return run->says("\"progress\""); });
+    run->signal(SIGINT);
+    CHECK(run->wait().code == 75);
+    place.make({"--set", "slow.stop_at_step=20"});
+    CHECK(place.read("out/count.txt") == "20.000000\n");
+    place.make();
+    CHECK(place.read("out/count.txt") == "60.000000\n");
+    const Words log = place.log();
+    const auto kept = std::ranges::find(log, "slow was stopped");
+    REQUIRE(kept != log.end());
+    const auto is_begin = [](const std::string& line) { return line.starts_with("slow from "); };
+    const auto early = std::find_if(kept, log.end(), is_begin);
+    REQUIRE(early != log.end());
+    CHECK(*early != "slow from 0");
+    CHECK(std::count(kept, log.end(), *early) == 2);
+}
+
 TEST_CASE("Copying over a thousand files to --out is interrupted too, and the next run goes on with it")
 {
     RoomPlace place("\n  source: {type: test.source}\n"

@@ -175,6 +175,7 @@ class Slow final : public LoggedStage
     Input<Table> start{this, "start", fresco::optional, "Where to begin"};
     Output<Table> counted{this, "counted", "The last number"};
     Option<int> steps{this, "steps", 20, fresco::range(1, 100'000), "How far"};
+    Option<int> stop_at_step{this, "stop_at_step", 0, fresco::range(0, 100'000), "End early (0: not)"};
     Option<int> step_ms{this, "step_ms", 20, fresco::range(0, 10'000), "Pause per step", fresco::not_in_key};
     Option<std::string> file{this, "file", "", "File with the number that a step adds; empty: 1"};
     Option<int> fail_at{this, "fail_at", 0, fresco::range(0, 100'000), "Fail in this step (0: never)", fresco::not_in_key};
@@ -200,7 +201,7 @@ class Slow final : public LoggedStage
                 run.warning(error.what());
             }
         log("slow from " + std::to_string(step));
-        for (; step < *steps; ++step)
+        for (; step < (*stop_at_step > 0 ? *stop_at_step : *steps); ++step)
         {
             stop_if_told(run);
             if (step + 1 == *fail_at)

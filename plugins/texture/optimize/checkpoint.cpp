@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <limits>
 #include <span>
 #include <string_view>
 #include <system_error>
@@ -200,14 +199,13 @@ bool used(const std::filesystem::path& file, std::int64_t before, const Checkpoi
 
 }  // namespace
 
-CheckpointFolder::Used CheckpointFolder::use_latest(const Use& use, RunContext& run) const
+CheckpointFolder::Used CheckpointFolder::use_latest(std::int64_t last, const Use& use, RunContext& run) const
 {
-    constexpr auto any = std::numeric_limits<std::int64_t>::max();
-    if (used(interrupted(), any, use, run))
+    if (used(interrupted(), last + 1, use, run))
         return Used::interrupted;
-    if (used(due(), any, use, run))
+    if (used(due(), last + 1, use, run))
         return Used::due;
-    return used(earlier(), any, use, run) ? Used::earlier : Used::none;
+    return used(earlier(), last + 1, use, run) ? Used::earlier : Used::none;
 }
 
 bool CheckpointFolder::use_before(std::int64_t step, const Use& use, RunContext& run) const

@@ -62,8 +62,8 @@ class CheckpointFolder
         due,
         earlier
     };
-    /// To go on: the interruption's, else the last one due. Warns of each that cannot be used.
-    Used use_latest(const Use& use, RunContext& run) const;
+    /// To go on: the interruption's, else the last one due, of those not after `last`. Warns of each that cannot be used.
+    Used use_latest(std::int64_t last, const Use& use, RunContext& run) const;
     /// To go back: the last one due before `step`, whose evaluation failed; those from `step` on are thrown away. The state of a
     /// step is known to be good once the step was evaluated. The interruption's is thrown away. False where none is left.
     bool use_before(std::int64_t step, const Use& use, RunContext& run) const;

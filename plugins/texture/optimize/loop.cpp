@@ -155,8 +155,9 @@ class Loop
           source_(inputs.maps, inputs.frames, components.images, options.heights_px, inputs.start), start_(inputs.start),
           space_(options.values, options.levels.protocol == Protocol::paper),
           split_(split_views(used_views(source_, options.levels.protocol, run), options.held_out_count)),
-          schedule_(split_.trained, options.seed, options.schedule), checkpoints_(run.checkpoint_folder()),
-          evaluator_(components.losses, space_, options.device, options.seed),
+          schedule_(split_.trained, options.seed, options.schedule),
+          end_step_(options.stop_at_step > 0 ? std::min(options.stop_at_step, schedule_.steps()) : schedule_.steps()),
+          checkpoints_(run.checkpoint_folder()), evaluator_(components.losses, space_, options.device, options.seed),
           style_(style_sizes(inputs.style, options.levels.protocol, [&](const std::string& text) { run.message(text); })),
           whole_steps_(run), camera_memory_(options.device.is_cpu() ? kept_camera_bytes : 0)
     {
@@ -228,11 +229,12 @@ class Loop
     /// Resumes where the last run was interrupted, or starts.
     void take_up()
     {
-        const auto used = checkpoints_.use_latest([this](const Checkpoint& c) { restore(c); }, run_);
+        const auto used = checkpoints_.use_latest(
+            end_step_, [this](const Checkpoint& c) { restore(c); }, run_);
         if (used == CheckpointFolder::Used::due)
             due_step_ = step_;
         if (used != CheckpointFolder::Used::none)
-            run_.message(fmt::format("going on after step {} of {}", step_, schedule_.steps()));
+            run_.message(fmt::format("going on after step {} of {}", step_, end_step_));
         else
             start_anew();
     }
@@ -272,7 +274,7 @@ class Loop
         at::set_num_threads(std::max(1, run_.threads()));
         try
         {
-            for (; step_ < schedule_.steps(); ++step_)
+            for (; step_ < end_step_; ++step_)
             {
                 interrupt_point();
                 measure();
@@ -364,6 +366,8 @@ class Loop
             wait_for_writing();
             if (step_ != due_step_)
                 checkpoints_.write_interrupted(state());
+            if (step_ > 0)
+                run_.message(fmt::format("stopped after step {0}; stop_at_step: {0} makes that the result", step_));
             throw;
         }
     }
@@ -401,7 +405,7 @@ class Loop
     /// The loss on the held-out views, at the start, every so many steps, and at the end.
     void measure()
     {
-        const bool due = step_ % options_.measure_steps == 0 || step_ == schedule_.steps();
+        const bool due = step_ % options_.measure_steps == 0 || step_ == end_step_;
         if (split_.held_out.empty() || !due || (!held_out_.empty() && held_out_.back().step == step_))
             return;
         take_figures(0);
@@ -452,7 +456,7 @@ class Loop
             for (auto& parameter : parameters())
                 write_clamped(parameter.values, static_cast<float>(space_.stored_range().first),
                               static_cast<float>(space_.stored_range().second));
-        run_.progress(static_cast<double>(step_ + 1), static_cast<double>(schedule_.steps()), "steps");
+        run_.progress(static_cast<double>(step_ + 1), static_cast<double>(end_step_), "steps");
         if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0 &&
             !data.levels.empty())
             write_preview(run_.preview_folder(), *components_.images, space_, data, components_.texture, options_.size_px);
@@ -514,6 +518,7 @@ class Loop
     ValueSpace space_;
     ViewSplit split_;
     Schedule schedule_;
+    std::int64_t end_step_;
     CheckpointFolder checkpoints_;
     Evaluator evaluator_;
     StyleSizes style_;

@@ -58,6 +58,7 @@ struct LoopOptions
     int held_out_count = 0;
     std::int64_t measure_steps = 40;  ///< Often enough to stop a run of some hundred steps, at a tenth of its time.
     double stop_gain = 0;             ///< 0 = all steps are made.
+    std::int64_t stop_at_step = 0;    ///< Ends after this step, with all rates as they are without it; 0 = all steps.
     // How it is run
     std::int64_t checkpoint_steps = 0;  ///< 0 = none. A run whose loss is not finite goes back to one.
     double checkpoint_seconds = 30;     ///< Work that a killed run may lose; 0 = all of it. Of no effect on results.

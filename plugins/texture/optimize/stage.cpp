@@ -77,6 +77,10 @@ class TextureOptimize final : public Stage
     Option<int> epochs{this, "epochs", 2, range(1, 100000), "Number of visits to every view"};
     Option<int> repeats_count{this, "repeats_count", 8, range(1, 100000), "Consecutive steps on a view at each visit"};
     Option<std::int64_t> max_steps{this, "max_steps", 0, at_least(0), "Maximum number of steps; 0: no limit"};
+    Option<std::int64_t> stop_at_step{
+        this, "stop_at_step", 0, at_least(0),
+        "End after this step, at the rates of the whole run, and from its checkpoint if there is one; "
+        "0: all steps"};
     Option<double> rate{this, "rate", 0.02, range(0, 1e6), "Learning rate, in units of `values`"};
     Choice<Decay> decay{this,
                         "decay",
@@ -186,6 +190,7 @@ class TextureOptimize final : public Stage
                              .decay_start = *decay_start},
                 .held_out_count = *held_out_count,
                 .stop_gain = *stop_gain,
+                .stop_at_step = *stop_at_step,
                 .checkpoint_steps = *checkpoint_steps};
     }
 };

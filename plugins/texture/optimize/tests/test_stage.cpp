@@ -348,6 +348,30 @@ int check_resumed_anywhere(Studio& studio, const Value& options, int most, const
 
 }  // namespace
 
+TEST_CASE_METHOD(WithStudio, "stop_at_step ends with what the whole run has after that step, from its checkpoint or the start")
+{
+    auto options = Studio::options(mean_losses, {{"epochs", 2}, {"decay_start", 0.0}, {"checkpoint_steps", 5}});
+    CHECK(is_canceled(studio, run, options, 3 + 14));
+    CHECK(run.messages.back() == "stopped after step 13; stop_at_step: 13 makes that the result");
+    // The newest checkpoint, and the last one before it.
+    for (const auto& [end, resumed] :
+         {std::pair(13, "going on after step 13 of 13"), std::pair(11, "going on after step 10 of 11")})
+    {
+        options.set("stop_at_step", end);
+        const auto kept = bytes_in(studio.paint(run, options));
+        CHECK(run.messages.back() == resumed);
+        testing::TestRun whole;
+        CHECK((bytes_in(studio.paint(whole, options)) == kept));
+        CHECK(whole.metrics.at("loss").size() == static_cast<std::size_t>(end));
+    }
+    options.set("stop_at_step", 0);
+    options.set("max_steps", 11);
+    const auto other_rates = bytes_in(studio.paint(options));
+    options.set("max_steps", 0);
+    options.set("stop_at_step", 11);
+    CHECK((bytes_in(studio.paint(options)) != other_rates));
+}
+
 TEST_CASE_METHOD(WithStudio, "a loss that asks within a step loses nothing when the run is canceled")
 {
     const auto options = Studio::options(Value::Map{{"it", Value::Map{{"type", "asking"}}}}, {{"max_steps", 9}});

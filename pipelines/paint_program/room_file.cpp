@@ -35,16 +35,18 @@ bool is_among(const std::string& word, const std::vector<std::string>& words)
     return std::ranges::find(words, word) != words.end();
 }
 
-/// As far as the header of a PLY file tells, a vertex with the color of a Gaussian, or chunks of packed ones, or a GLB's JSON.
+/// As far as the beginning of a file tells: a PLY of Gaussians or of packed ones, a glTF with their extension, the JSON of a SOG.
 bool has_splats(const fs::path& file)
 {
     std::string header(1 << 20, '\0');
     std::ifstream stream(file, std::ios::binary);
     stream.read(header.data(), static_cast<std::streamsize>(header.size()));
     header.resize(static_cast<std::size_t>(stream.gcount()));
-    header.resize(std::min(header.size(), header.find(header.starts_with("glTF") ? std::string("BIN\0", 4) : std::string("end_header"))));
-    return header.find("\"KHR_gaussian_splatting\"") != std::string::npos || header.find(" f_dc_0\n") != std::string::npos ||
-           header.find(" packed_position\n") != std::string::npos || header.find(" f_dc_0\r") != std::string::npos;
+    header.resize(
+        std::min(header.size(), header.find(header.starts_with("glTF") ? std::string("BIN\0", 4) : std::string("end_header"))));
+    const auto has = [&](const char* word) { return header.find(word) != std::string::npos; };
+    return has("\"KHR_gaussian_splatting\"") || has(" f_dc_0\n") || has(" f_dc_0\r") || has(" packed_position\n") ||
+           (header.starts_with("{") && (has("\"means\"") || has("\"lodLevels\"")));
 }
 
 /// A text in YAML that stands for itself.
@@ -335,8 +337,9 @@ ScanKind kind_of(const fs::path& scan)
                                                  ".fbx", ".stl",  ".usd", ".usda", ".usdc", ".usdz", ".wrl",   ".x3d"};
     const std::string extension = lower_extension(scan);
     if (fs::is_directory(scan))
-        return ScanKind::recording;
-    if (is_among(extension, {".splat", ".spz", ".sog", ".ksplat"}) || (is_among(extension, {".ply", ".glb"}) && has_splats(scan)))
+        return has_splats(scan / "meta.json") || has_splats(scan / "lod-meta.json") ? ScanKind::splats : ScanKind::recording;
+    if (is_among(extension, {".splat", ".spz", ".sog", ".ksplat"}) ||
+        (is_among(extension, {".ply", ".glb", ".gltf", ".json"}) && has_splats(scan)))
         return ScanKind::splats;
     return is_among(extension, models) ? ScanKind::model : ScanKind::recording;
 }

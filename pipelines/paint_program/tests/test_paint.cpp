@@ -95,6 +95,16 @@ TEST_CASE("a scan is a recording, a model or splats, by its name and by a PLY fi
     CHECK(kind("packed.ply", head + "property uint packed_position\nend_header\n") == ScanKind::splats);
     CHECK(kind("gauss.glb", R"(glTF…{"extensionsUsed":["KHR_gaussian_splatting"]})") == ScanKind::splats);
     CHECK(kind("mesh.glb", "glTF") == ScanKind::model);
+    CHECK(kind("gauss.gltf", R"({"extensionsUsed":["KHR_gaussian_splatting"]})") == ScanKind::splats);
+    CHECK(kind("transforms.json", R"({"frames": []})") == ScanKind::recording);
+    for (const auto& [name, text] :
+         {std::pair{"sog/meta.json", R"({"version": 2, "means": {}})"}, {"lod/lod-meta.json", R"({"lodLevels": 3})"}})
+    {
+        const fs::path folder = fs::path(place.file(name)).parent_path();
+        fs::create_directories(folder);
+        CHECK(kind(name, text) == ScanKind::splats);
+        CHECK(kind_of(folder) == ScanKind::splats);
+    }
 }
 
 TEST_CASE("every setting is a line of the pipeline file, which fits the plugins")

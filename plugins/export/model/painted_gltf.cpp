@@ -39,7 +39,9 @@ constexpr std::size_t restart_index = 65535;
 constexpr std::size_t most_copied_primitives = 1'000'000;
 constexpr int element_array_buffer = 34963;
 constexpr std::string_view draco = "KHR_draco_mesh_compression";
+constexpr std::string_view instancing = "EXT_mesh_gpu_instancing";
 constexpr std::string_view emissive_strength = "KHR_materials_emissive_strength";
+constexpr std::string_view variants = "KHR_materials_variants";
 constexpr std::string_view specular_glossiness = "KHR_materials_pbrSpecularGlossiness";
 
 /// Extensions that name textures, images and views by the format's own keys, as those of KHR_materials_… do.
@@ -162,13 +164,13 @@ class GltfPainter : GltfEdit
         add_picture();
         for (const PaintedPrimitive& each : primitives_)
             paint(each);
+        forget_extension(instancing);
         // Extensions that are not known may name textures, pictures and views by any key.
         const bool may_remove = knows_extensions();
         if (may_remove)
             remove_old_pictures();
         if (!uses_draco())
-            for (const char* const list : {"extensionsUsed", "extensionsRequired"})
-                std::erase(list_of(document_, list), Value(draco));
+            forget_extension(draco);
         embed_images();
         if (may_remove)
             remove_unused_views();
@@ -216,16 +218,43 @@ class GltfPainter : GltfEdit
             auto mesh = static_cast<std::size_t>(file_.model.nodes[node].mesh);
             if (mesh >= file_.model.meshes.size())
                 throw Error(fmt::format("{}mesh {} of {}", entry("nodes", node), mesh, file_.model.meshes.size()));
-            if (extension_of(list_of(document_, "nodes")[node], "EXT_mesh_gpu_instancing") != nullptr)
-                throw Error(
-                    entry("nodes", node) +
-                    "the copies of EXT_mesh_gpu_instancing share their texture coordinates, so they cannot be painted one by "
-                    "one; set uvs: new, or export the model without it");
             if (!painting_.keeps_uvs && !used.insert(mesh).second)
                 mesh = copied_mesh(node, mesh);
+            std::vector<std::pair<std::size_t, bool>> copies;  // Meshes, and whether they are mirrored.
+            for (const auto& [number, copy] : unpacked_copies(node))
+            {
+                if (!painting_.keeps_uvs && !copies.empty())
+                    mesh = copied_mesh(number, mesh);
+                copies.emplace_back(mesh, determinant((place * copy).linear) < 0);
+            }
             for (std::size_t i = 0; i < file_.model.meshes[mesh].primitives.size(); ++i)
-                find_painted(mesh, i, determinant(place.linear) < 0);
+                for (const auto& [copied, is_mirrored] : copies)
+                    find_painted(copied, i, is_mirrored);
         }
+    }
+
+    /// Makes children of a node from its copies by EXT_mesh_gpu_instancing, which would share their texture coordinates. Returns
+    /// the nodes with the copies, and their places in it; a node without copies is its own.
+    std::vector<std::pair<std::size_t, fresco::gltf::Affine>> unpacked_copies(std::size_t node)
+    {
+        Value::List& nodes = list_of(document_, "nodes");
+        const std::vector<fresco::gltf::Affine> places = fresco::gltf::copies_of(file_.model, file_.model.nodes[node]);
+        std::vector<std::pair<std::size_t, fresco::gltf::Affine>> copies;
+        if (extension_of(nodes[node], instancing) == nullptr)
+            return {{node, places[0]}};
+        for (const auto& [linear, origin] : places)
+        {
+            Value::List matrix;
+            for (int column = 0; column < 3; ++column)
+                matrix.insert(matrix.end(), {linear(0, column), linear(1, column), linear(2, column), 0.0});
+            matrix.insert(matrix.end(), {origin.x, origin.y, origin.z, 1.0});
+            copies.emplace_back(nodes.size(), fresco::gltf::Affine{linear, origin});
+            nodes.push_back(Value::Map{{"mesh", nodes[node].at("mesh")}, {"matrix", std::move(matrix)}});
+            list_of(nodes[node], "children").push_back(nodes.size() - 1);
+        }
+        remove(nodes[node], "mesh");
+        remove_extension(nodes[node], instancing);
+        return copies;
     }
 
     std::size_t copied_mesh(std::size_t node, std::size_t mesh)
@@ -300,6 +329,15 @@ class GltfPainter : GltfEdit
                     visit(accessor);
     }
 
+    /// The materials that a primitive has in variants of the model.
+    template <class Visit>
+    static void visit_variants(Value& primitive, const Visit& visit)
+    {
+        if (Value* const extension = extension_of(primitive, variants))
+            for (Value& mapping : extension->find("mappings")->as_list())
+                visit(*mapping.find("material"));
+    }
+
     /// Counts the uses of accessors, and finds the materials of what is not painted.
     void count_uses()
     {
@@ -307,6 +345,8 @@ class GltfPainter : GltfEdit
             for (Value& primitive : mesh.find("primitives")->as_list())
             {
                 visit_accessors(primitive, [&](const Value& accessor) { ++accessor_uses_[accessor.as_int()]; });
+                visit_variants(primitive,
+                               [&](const Value& material) { unpainted_materials_.insert(static_cast<int>(material.as_int())); });
                 if (const Value* const indices = primitive.find("indices"))
                     ++accessor_uses_[indices->as_int()];
             }
@@ -504,7 +544,14 @@ class GltfPainter : GltfEdit
                 ++set;
             add_texcoords(each, primitive, set);
         }
-        primitive.set("material", painted_material(material, set));
+        const std::size_t painted = painted_material(material, set);
+        primitive.set("material", painted);
+        visit_variants(primitive,
+                       [&](Value& other)
+                       {
+                           if (other.as_int() == material)
+                               other = painted;
+                       });
     }
 
     /// Takes a primitive's colors out; where their alpha counts, they become white.
@@ -585,6 +632,12 @@ class GltfPainter : GltfEdit
         bool uses = false;
         visit_entries(list_of(document_, "meshes"), [&](const std::string& key, Value&) { uses = uses || key == draco; });
         return uses;
+    }
+
+    void forget_extension(std::string_view name)
+    {
+        for (const char* const list : {"extensionsUsed", "extensionsRequired"})
+            std::erase(list_of(document_, list), Value(name));
     }
 
     void add_origin()

@@ -217,7 +217,8 @@ Painting paint(const splats::Splats& splats, const TexturedMesh& textured, const
                  });
     Painting painting;
     painting.splats.parts.reserve(made);
-    for (const auto& parts : pieces)
+    for (auto& parts : pieces)
+    {
         for (const Part& part : parts)
         {
             const auto& all = painting.splats.parts;
@@ -225,7 +226,20 @@ Painting paint(const splats::Splats& splats, const TexturedMesh& textured, const
             painting.unpainted += part.keeps_color ? 1 : 0;
             painting.splats.parts.push_back(part);
         }
+        parts = {};  // All parts twice may not fit.
+    }
     return painting;
+}
+
+void turn_over(splats::Splats& splats, splats::PaintedSplats& painted)
+{
+    const auto turn = [](Vec3f& p) { p = {p.x, -p.y, -p.z}; };
+    for (Vec3f& center : splats.centers)
+        turn(center);
+    for (auto& q : splats.rotations)
+        q = {-q[1], q[0], -q[3], q[2]};
+    for (Part& part : painted.parts)
+        turn(part.center);
 }
 
 }  // namespace export_splats

@@ -33,4 +33,8 @@ struct Painting
 Painting paint(const fresco::splats::Splats& splats, const fresco::TexturedMesh& textured, const PaintOptions& options,
                const fresco::Progress& progress);
 
+/// Turns a splat and its painting by half a turn about x: programs show PLY and SPLAT with -y up, as trainers write them, SPZ and
+/// GLB with +y up.
+void turn_over(fresco::splats::Splats& splats, fresco::splats::PaintedSplats& painted);
+
 }  // namespace export_splats

@@ -62,7 +62,7 @@ class ExportSplats final : public Stage
             splat.splats.centers[i] = vec_cast<float>(vec_cast<double>(splat.splats.centers[i]) * *unit_m);
             splat.splats.scales[i] = vec_cast<float>(vec_cast<double>(splat.splats.scales[i]) * *unit_m);
         }
-        const auto painting = export_splats::paint(
+        auto painting = export_splats::paint(
             splat.splats, *textured, {.unit_m = becomes_metric ? 1 : *unit_m, .stroke_m = stroke_m, .densify = *densify}, run);
         if (painting.unpainted == splat.splats.size())
             throw Error("no Gaussian lies within a stroke of the mesh: it was made from another splat, or with another unit_m");
@@ -72,6 +72,8 @@ class ExportSplats final : public Stage
                 fmt::format("{} of {} Gaussians are farther than a stroke from the mesh and keep their color: does unit_m "
                             "agree with that of scan.splats?",
                             painting.unpainted, splat.splats.size()));
+        if (splats::is_metric(to) != splats::is_metric(splat.format))
+            export_splats::turn_over(splat.splats, painting.splats);
         const std::string extension = to == SplatFormat::ply ? ".ply" : to == SplatFormat::splat ? ".splat" : ".spz";
         const auto bytes = splats::painted_bytes(file->path, splat, painting.splats, to, *shine);
         Files result;

@@ -31,7 +31,7 @@ class RegionsLabels final : public Stage
     Input<Mesh> labeled{this, "labeled", optional,
                         "The mesh that the labels are for; needed for objects, for JSON, and for a PLY that lies elsewhere"};
     Input<Frames> frames{this, "frames", optional, "The frames that the masks were drawn on"};
-    Input<Regions> base{this, "regions", optional, "Regions of the same mesh for the faces that no mask has"};
+    Input<Regions> base{this, "regions", optional, "Regions of the same mesh for the faces that no label or mask has"};
     Output<Regions> regions{this, "regions", "The regions; faces without one are those of port 'regions', or 'other'"};
     Option<InputFile> path{this, "path", InputFile{}, formats({ply_format(), json_format()}),
                            "Labels: a PLY such as ScanNet's .labels.ply, or ScanNet's .aggregation.json"};
@@ -74,7 +74,7 @@ class RegionsLabels final : public Stage
             throw Error("wire the mesh that the objects are of to the input 'labeled'");
         if (labeled.has_value())
             check_mesh(*labeled, "the mesh on port 'labeled'");
-        if (!masks->empty() && base.has_value())
+        if (base.has_value())
             check_regions(*base, *mesh, "the regions on port 'regions'", "the mesh on port 'mesh'");
     }
 
@@ -109,7 +109,33 @@ class RegionsLabels final : public Stage
             throw Error(fmt::format("only {:.0f}% of the mesh on port 'mesh' is within {:g} cm of the labeled faces; expected at "
                                     "least {:.0f}%: these are labels of another mesh, or it was moved",
                                     100 * carried.covered_share, 100 * within_m, 100 * least_covered));
-        return regions_from(*mesh, from.names, carried.label_of_face);
+        std::vector<std::string> names = base_names();
+        const std::vector<std::uint32_t> numbers = numbers_among(names, from.names);
+        std::vector<std::uint32_t> labels;
+        for (std::size_t face = 0; face < carried.label_of_face.size(); ++face)
+        {
+            const std::uint32_t label = carried.label_of_face[face];
+            labels.push_back(label == no_label ? base_label(face) : numbers[label]);
+        }
+        return regions_from(*mesh, names, labels);
+    }
+
+    std::vector<std::string> base_names() const { return base.has_value() ? base->names : std::vector<std::string>{}; }
+
+    std::uint32_t base_label(std::size_t face) const { return base.has_value() ? base->label_of_face[face] : no_label; }
+
+    /// The numbers of names in a list, to which those that it lacks are added.
+    static std::vector<std::uint32_t> numbers_among(std::vector<std::string>& names, const std::vector<std::string>& wanted)
+    {
+        std::vector<std::uint32_t> numbers;
+        for (const std::string& name : wanted)
+        {
+            const auto known = std::ranges::find(names, name);
+            numbers.push_back(static_cast<std::uint32_t>(known - names.begin()));
+            if (known == names.end())
+                names.push_back(name);
+        }
+        return numbers;
     }
 
     Regions from_masks(RunContext& run) const
@@ -119,25 +145,18 @@ class RegionsLabels final : public Stage
         check_masks(found, run);
         const Votes votes = count(found, run);
 
-        std::vector<std::string> names = base.has_value() ? base->names : std::vector<std::string>{};
-        std::vector<std::uint32_t> label_of_region;
+        std::vector<std::string> names = base_names();
+        std::vector<std::string> found_names;
         for (const MaskedRegion& region : found)
-        {
-            const auto known = std::ranges::find(names, region.name);
-            label_of_region.push_back(static_cast<std::uint32_t>(known - names.begin()));
-            if (known == names.end())
-                names.push_back(region.name);
-        }
+            found_names.push_back(region.name);
+        const std::vector<std::uint32_t> label_of_region = numbers_among(names, found_names);
         const auto winners = votes.winners();
-        std::vector<std::uint32_t> labels(winners.size(), static_cast<std::uint32_t>(names.size()));
+        std::vector<std::uint32_t> labels;
         std::size_t seen = 0;
-        for (std::size_t face = 0; face < labels.size(); ++face)
+        for (std::size_t face = 0; face < winners.size(); ++face)
         {
             seen += votes.is_seen(face) ? 1 : 0;
-            if (winners[face] < found.size())
-                labels[face] = label_of_region[winners[face]];
-            else if (base.has_value())
-                labels[face] = base->label_of_face[face];
+            labels.push_back(winners[face] < found.size() ? label_of_region[winners[face]] : base_label(face));
         }
         Regions result = regions_from(*mesh, names, labels);
         for (const MaskedRegion& region : found)

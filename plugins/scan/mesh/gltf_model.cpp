@@ -297,40 +297,6 @@ class GltfPictures
     std::size_t taken_bytes_ = 0;  ///< From buffers.
 };
 
-/// The copies of a node's mesh that EXT_mesh_gpu_instancing makes, within the node; one without it. Throws Error.
-std::vector<Affine> copies_of(const GltfFile& gltf, const tinygltf::Node& node)
-{
-    constexpr std::size_t most_copies = 1'000'000;
-    const auto* const instancing = find(node.extensions, "EXT_mesh_gpu_instancing");
-    const auto attributes = instancing != nullptr ? instancing->Get("attributes") : tinygltf::Value();
-    constexpr std::array names{"TRANSLATION", "ROTATION", "SCALE"};
-    std::array<AccessorRows, 3> rows;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < names.size(); ++i)
-    {
-        if (!attributes.Has(names[i]))
-            continue;
-        const std::size_t components = i == 1 ? 4 : 3;
-        rows[i] = accessor_rows(gltf.model, attributes.Get(names[i]).GetNumberAsInt(), components, components);
-        if (count > 0 && rows[i].count != count)
-            throw Error(fmt::format("{} of {} copies; expected {}", names[i], rows[i].count, count));
-        count = rows[i].count;
-        if (count > most_copies)
-            throw Error(fmt::format("{} copies; at most {} are read", count, most_copies));
-    }
-    std::vector<Affine> copies(std::max<std::size_t>(count, 1));
-    for (std::size_t copy = 0; copy < count; ++copy)
-    {
-        tinygltf::Node place;
-        const std::array values{&place.translation, &place.rotation, &place.scale};
-        for (std::size_t i = 0; i < rows.size(); ++i)
-            for (std::size_t k = 0; k < (rows[i].first != nullptr ? rows[i].components : 0); ++k)
-                values[i]->push_back(rows[i].at(copy, k));
-        copies[copy] = fresco::gltf::place_of(place);
-    }
-    return copies;
-}
-
 class SceneReader
 {
   public:
@@ -377,7 +343,7 @@ class SceneReader
         std::vector<Affine> places;
         try
         {
-            for (const Affine& copy : copies_of(gltf_, gltf_.model.nodes[node]))
+            for (const Affine& copy : fresco::gltf::copies_of(gltf_.model, gltf_.model.nodes[node]))
                 places.push_back(place * copy);
         }
         catch (const Error& error)

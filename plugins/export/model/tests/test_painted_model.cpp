@@ -196,6 +196,78 @@ TEST_CASE("Every node gets a mesh of its own, and the faces of a mirrored one ar
     CHECK(at_corners(after, 1, 0, "POSITION") == at_corners(after, 0, 0, "POSITION"));
 }
 
+TEST_CASE("Copies of a mesh by EXT_mesh_gpu_instancing become nodes, each with its own place in the picture")
+{
+    Painted test;
+    const auto file = test.glb_box(
+        [](Value& document)
+        {
+            // The four corners of a side are where the copies stand.
+            const Value places = entry_of(document, {"meshes", "0", "primitives", "0", "attributes", "POSITION"});
+            const Value instancing = Value::Map{{"attributes", Value::Map{{"TRANSLATION", places}}}};
+            entry_of(document, {"nodes", "0"}).set("extensions", Value::Map{{"EXT_mesh_gpu_instancing", instancing}});
+            document.set("extensionsUsed", Value::List{"EXT_mesh_gpu_instancing"});
+        });
+    const Mesh atlas = atlas_of(24);
+    const auto after = loaded(painted_gltf(file, test.painting(atlas)).files[0].second);
+    CHECK(after.model.nodes[0].mesh == -1);
+    CHECK(after.model.nodes[0].extensions.empty());
+    CHECK(after.model.nodes[0].children == std::vector<int>{1, 2, 3, 4});
+    CHECK(after.model.extensionsUsed.empty());
+    // scan.mesh reads the copies of a primitive one after the other.
+    for (std::size_t copy = 0; copy < 4; ++copy)
+    {
+        const auto& node = after.model.nodes[1 + copy];
+        CHECK(node.mesh == static_cast<int>(copy));
+        const Vec3f place = model_samples::Box::corners(0)[copy];
+        CHECK(std::vector<double>(node.matrix.begin() + 12, node.matrix.end()) ==
+              std::vector<double>{double{place.x}, double{place.y}, double{place.z}, 1});
+        CHECK(node.matrix[0] == 1);
+        for (std::size_t side = 0; side < 6; ++side)
+        {
+            CHECK(at_corners(after, copy, side, "POSITION") == at_corners(after, 0, side, "POSITION"));
+            const auto uv = at_corners(after, copy, side, "TEXCOORD_1");
+            for (std::size_t corner = 0; corner < 6; ++corner)
+                CHECK(uv[corner][0] == double{atlas.texcoords[6 * (4 * side + copy) + corner].x});
+        }
+    }
+}
+
+TEST_CASE("Variants of a model keep their materials, and the one that is painted shows the painting")
+{
+    Painted test;
+    const auto file = test.glb_box(
+        [](Value& document)
+        {
+            const auto swap = [&](const char* side, int own, int other)
+            {
+                const Value first = Value::Map{{"material", own}, {"variants", Value::List{0}}};
+                const Value second = Value::Map{{"material", other}, {"variants", Value::List{1}}};
+                entry_of(document, {"meshes", "0", "primitives", side})
+                    .set("extensions",
+                         Value::Map{{"KHR_materials_variants", Value::Map{{"mappings", Value::List{first, second}}}}});
+            };
+            swap("0", 0, 1);
+            swap("1", 1, 0);
+            document.set("extensionsUsed", Value::List{"KHR_materials_variants"});
+        });
+    const auto before = gltf::load_gltf(read_file(file), {});
+    auto after = loaded(painted_gltf(file, test.painting(atlas_of(6))).files[0].second);
+    for (const char* const side : {"0", "1"})
+    {
+        Value& primitive = entry_of(after.document, {"meshes", "0", "primitives", side});
+        Value& mappings = entry_of(primitive, {"extensions", "KHR_materials_variants", "mappings"});
+        CHECK(entry_of(mappings, {"0", "material"}) == primitive.at("material"));
+        const auto other = static_cast<std::size_t>(entry_of(mappings, {"1", "material"}).as_int());
+        const auto& picture = after.model.materials.at(other).pbrMetallicRoughness.baseColorTexture;
+        CHECK(picture.texCoord == 0);
+        const auto& old = before.model.materials.at(side[0] == '0' ? 1 : 0);
+        CHECK(after.model.materials[other].name == old.name);
+        CHECK(image_bytes(after, static_cast<std::size_t>(
+                                     after.model.textures[static_cast<std::size_t>(picture.index)].source)) != paint);
+    }
+}
+
 TEST_CASE("What multiplied the picture goes, and everything else of materials stays")
 {
     Painted test;
@@ -289,11 +361,6 @@ TEST_CASE("A model that cannot be painted is refused by name")
                        entry_of(d, {"materials", "0"}).set("normalTexture", Value::Map{{"index", 99}});
                    }),
                Contains("an index names an entry that is not there"));
-    const auto copies = test.glb_box(
-        [](Value& document) {
-            entry_of(document, {"nodes", "0"}).set("extensions", Value::Map{{"EXT_mesh_gpu_instancing", Value::Map{}}});
-        });
-    CHECK_THAT(error(copies, atlas_of(6)), Contains("EXT_mesh_gpu_instancing") && Contains("uvs: new"));
 }
 
 TEST_CASE("An OBJ keeps its vertices, faces and groups")

@@ -6,6 +6,9 @@
 #include <fresco/splats/painted_splats.h>
 #include <fresco/testing.h>
 
+#include <cmath>
+#include <tuple>
+
 using namespace fresco;
 using namespace painted_wall;
 using splats::SplatFormat;
@@ -76,10 +79,39 @@ TEST_CASE_METHOD(Exported, "Another format, and Gaussians that are split")
         decimeters.scales[i] = splats.scales[i] * 10;
     }
     input(decimeters, SplatFormat::ply);
-    const auto meters = splats::parse_splats(output(whole, "deep/wall.spz", Value::Map{{"format", "spz"}, {"unit_m", 0.1}}), "out");
+    const auto meters =
+        splats::parse_splats(output(whole, "deep/wall.spz", Value::Map{{"format", "spz"}, {"unit_m", 0.1}}), "out");
     CHECK(meters.splats.centers == found.splats.centers);
     CHECK(meters.splats.scales == found.splats.scales);
     CHECK(meters.splats.colors == found.splats.colors);
+}
+
+TEST_CASE_METHOD(Exported, "What has +y up in its format is turned over in one that is shown with -y up, and back")
+{
+    splats::Splats splats = covering(0.05);
+    for (std::size_t i = 0; i < splats.size(); ++i)
+    {
+        const double turn = 0.1 * static_cast<double>(i);
+        splats.rotations[i] = {static_cast<float>(std::cos(turn)), static_cast<float>(0.6 * std::sin(turn)),
+                               static_cast<float>(0.8 * std::sin(turn)), 0};
+    }
+    for (const auto& [from, to, name] :
+         {std::tuple{SplatFormat::spz, SplatFormat::ply, "ply"}, {SplatFormat::ply, SplatFormat::spz, "spz"}})
+    {
+        const auto file = splats::read_splats(input(splats, from)).splats;
+        const auto found =
+            splats::parse_splats(
+                output(path() / "in", std::string("deep/wall.") + name, Value::Map{{"format", name}, {"densify", false}}), "out")
+                .splats;
+        REQUIRE(found.size() == file.size());
+        for (std::size_t i = 0; i < file.size(); ++i)
+        {
+            const auto turned = [](auto v) { return decltype(v){v.x, -v.y, -v.z}; };
+            CHECK(length(found.centers[i] - turned(file.centers[i])) < 1e-3F);
+            for (std::size_t k = 0; k < 3; ++k)
+                CHECK(dot(splats::axes_of(found, i)[k], turned(splats::axes_of(file, i)[k])) > 0.999);
+        }
+    }
 }
 
 TEST_CASE_METHOD(Exported, "What cannot be painted is refused")

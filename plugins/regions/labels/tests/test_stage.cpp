@@ -210,6 +210,24 @@ TEST_CASE_METHOD(testing::StageTest, "regions.labels: labels of a PLY reach a me
     CHECK(run.reported.at("mean_distance_m").as_double() == Approx(0.01).epsilon(1e-3));
 }
 
+TEST_CASE_METHOD(testing::StageTest, "regions.labels: faces without a label keep the regions that they had", "[regions.labels]")
+{
+    const auto mesh = std::make_shared<Mesh>(square());
+    std::string half;
+    for (const Vec3f& p : mesh->positions)
+        half += p.x < 0.49F ? "2" : "0";
+    write_file(folder.path() / "a.labels.ply", ply(half, "", "ushort", *mesh));
+    const auto planes =
+        std::make_shared<Regions>(regions_from(*mesh, {"walls", "floor"}, std::vector<std::uint32_t>(mesh->triangles.size(), 0)));
+    const Value options = Value::Map{{"path", (folder.path() / "a.labels.ply").string()}};
+    const auto regions = divided(options, {{"mesh", mesh}, {"regions", planes}}, run);
+    CHECK(regions->names == std::vector<std::string>{"walls", "floor"});
+    const auto count = std::ranges::count(regions->label_of_face, 1U);
+    CHECK(count > 0);
+    CHECK(count < static_cast<std::ptrdiff_t>(mesh->triangles.size()));
+    CHECK(divided(options, {{"mesh", mesh}}, run)->names == std::vector<std::string>{"floor", "other"});
+}
+
 TEST_CASE_METHOD(testing::StageTest, "regions.labels: labels of another mesh are refused by how much they cover",
                  "[regions.labels]")
 {
@@ -271,6 +289,7 @@ TEST_CASE_METHOD(testing::StageTest, "regions.labels: materials of a model, Scan
     // `input: STAGE` wires every port, whether the stage needs it or not.
     auto with_all = with_model;
     with_all["frames"] = std::make_shared<Frames>();
-    with_all["regions"] = std::make_shared<Regions>();
+    with_all["regions"] =
+        std::make_shared<Regions>(regions_from(*mesh, {"walls"}, std::vector<std::uint32_t>(mesh->triangles.size(), 0)));
     CHECK(divided(Value::Map{}, with_all, run)->names == std::vector<std::string>{"carpet"});
 }

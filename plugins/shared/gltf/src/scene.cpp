@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -86,6 +87,39 @@ Affine place_of(const tinygltf::Node& node)
     if (check(node.translation, 3, "translation"))
         place.origin = {node.translation[0], node.translation[1], node.translation[2]};
     return place;
+}
+
+std::vector<Affine> copies_of(const tinygltf::Model& model, const tinygltf::Node& node)
+{
+    constexpr std::size_t most_copies = 1'000'000;
+    const auto instancing = node.extensions.find("EXT_mesh_gpu_instancing");
+    const auto attributes = instancing != node.extensions.end() ? instancing->second.Get("attributes") : tinygltf::Value();
+    constexpr std::array names{"TRANSLATION", "ROTATION", "SCALE"};
+    std::array<AccessorRows, 3> rows;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < names.size(); ++i)
+    {
+        if (!attributes.Has(names[i]))
+            continue;
+        const std::size_t components = i == 1 ? 4 : 3;
+        rows[i] = accessor_rows(model, attributes.Get(names[i]).GetNumberAsInt(), components, components);
+        if (count > 0 && rows[i].count != count)
+            throw Error(fmt::format("{} of {} copies; expected {}", names[i], rows[i].count, count));
+        count = rows[i].count;
+        if (count > most_copies)
+            throw Error(fmt::format("{} copies; at most {} are read", count, most_copies));
+    }
+    std::vector<Affine> copies(std::max<std::size_t>(count, 1));
+    for (std::size_t copy = 0; copy < count; ++copy)
+    {
+        tinygltf::Node place;
+        const std::array values{&place.translation, &place.rotation, &place.scale};
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            for (std::size_t k = 0; k < (rows[i].first != nullptr ? rows[i].components : 0); ++k)
+                values[i]->push_back(rows[i].at(copy, k));
+        copies[copy] = place_of(place);
+    }
+    return copies;
 }
 
 std::vector<std::pair<std::size_t, Affine>> placed_nodes(const tinygltf::Model& model)

@@ -1,6 +1,7 @@
 #include "formats.h"
 
 #include <fresco/files_io.h>
+#include <fresco/wording.h>
 #include <fresco/numerics/numerics.h>
 #include <fresco/zip.h>
 
@@ -92,6 +93,8 @@ bool is_ksplat(Bytes bytes)
 /// A SOG whose files lie beside its meta.json.
 SplatFile read_sog_folder(const std::filesystem::path& meta)
 {
+    if (!std::filesystem::exists(meta) && std::filesystem::exists(meta.parent_path() / "lod-meta.json"))
+        return read_sog_folder(meta.parent_path() / "lod-meta.json");
     SplatFile file;
     std::vector<std::filesystem::path> files{meta};
     std::size_t total = 0;
@@ -145,7 +148,11 @@ SplatFile read_splats(const std::filesystem::path& file)
     const auto bytes = read_file(file);
     // A SPLAT file has no mark and may begin with any byte.
     if (text_of(bytes).starts_with("{") && !is_splat(bytes))
+    {
+        if (lower_extension(file) == ".gltf")
+            throw Error(file.string() + ": splats of glTF are read from one file: export it as .glb");
         return read_sog_folder(file);
+    }
     SplatFile result = parse_splats(bytes, file.string());
     result.files = {file};
     return result;

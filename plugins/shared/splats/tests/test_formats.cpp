@@ -185,6 +185,11 @@ TEST_CASE("Formats that are not read are refused by name, with the way out")
     CHECK_THAT(meta(R"({"means": {}})"), Contains("is SOG 1; \"splat-transform"));
     CHECK_THAT(meta(R"({"lodLevels": 3})"), Contains("is a streamed SOG; \"splat-transform"));
     CHECK_THAT(meta(R"({"version": 3})"), Contains("expected 2"));
+    std::filesystem::create_directory(folder.path() / "lod");
+    write_file(folder.path() / "lod/lod-meta.json", std::string(R"({"lodLevels": 3})"));
+    CHECK_THROWS_WITH(read_splats(folder.path() / "lod"), Contains("is a streamed SOG; \"splat-transform"));
+    write_file(folder.path() / "a.gltf", std::string(R"({"asset": {}})"));
+    CHECK_THROWS_WITH(read_splats(folder.path() / "a.gltf"), Contains("export it as .glb"));
     CHECK_THAT(meta(R"({"version": 2, "count": 999999})"), Contains("bytes cannot hold 999999 Gaussians"));
     CHECK_THROWS_AS(read_splats(folder.path() / "none.ply"), MissingInput);
     const auto ksplat = shared_data("splats/fixtures/splattransform_minimal.ksplat", "KSPLAT");

@@ -35,7 +35,7 @@ bool is_written(SplatFormat format);
 
 /// The bytes of a file in this format, which must be one that is written. In the format of `file` they are its own with new
 /// colors: rotations, normals, other properties, bytes behind the last Gaussian, records of vendors and SPZ's version stay.
-/// Otherwise a plain one is made from its numbers, in its axes. `keeps_harmonics`: above degree 0, in the file's own format;
+/// Otherwise a plain one is made from the numbers of `file`. `keeps_harmonics`: above degree 0, in the file's own format;
 /// else they are left out, which for Gaussians that keep their color is a change, too. Throws Error if the file changed since it
 /// was read, or does not fit the format.
 std::vector<std::byte> painted_bytes(const std::filesystem::path& path, const SplatFile& file, const PaintedSplats& painted,

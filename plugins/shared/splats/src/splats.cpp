@@ -1,8 +1,8 @@
 #include "formats.h"
 
 #include <fresco/files_io.h>
-#include <fresco/wording.h>
 #include <fresco/numerics/numerics.h>
+#include <fresco/wording.h>
 #include <fresco/zip.h>
 
 #include <algorithm>

@@ -122,8 +122,6 @@ class ScanInspect final : public Stage
         {
             const Camera camera = inspect::at_height(color, inspect::panel_height_px);
             result.picture = resized(load_color(frame, images.get().get()), camera.intrinsics.width, camera.intrinsics.height);
-            if (assumed.color_change.upside_down)
-                turn(result.picture);
             result.outlined = inspect::outline(compared(scene, camera, place, views, assumed, run), scene != nullptr);
         }
         if (!frame.depth_picture.empty())
@@ -135,14 +133,6 @@ class ScanInspect final : public Stage
             result.mesh = compared(scene, camera, place, views, assumed, run);
         }
         return result;
-    }
-
-    /// By 180 degrees.
-    static void turn(Raster8& rgb)
-    {
-        std::ranges::reverse(rgb.values);
-        for (std::size_t i = 0; i < rgb.values.size(); i += 3)
-            std::swap(rgb.values[i], rgb.values[i + 2]);
     }
 
     static Value figures(const inspect::Fit& fit)

@@ -100,6 +100,7 @@ TEST_CASE("mistakes made on purpose in a generated room are named", "[scan.inspe
     const Looked room = look_at_generated(*recordings::room());
     CHECK(share_named(room, named()) >= 0.95);
     CHECK(share_named(room, named_by_edges()) == 1);
+    CHECK(share_named(room, of_color()) == 1);
     CHECK(share_named(room, right()) == 1);
 }
 
@@ -196,6 +197,7 @@ TEST_CASE("mistakes made on purpose in real recordings are named, and right ones
     const Looked kitchen = look_at(*recordings::kitchen(), 12);
     CHECK(share_named(kitchen, named()) >= 0.95);
     CHECK(share_named(kitchen, named_by_edges()) >= 0.8);
+    CHECK(share_named(kitchen, of_color()) == 1);
     CHECK(share_named(kitchen, right()) == 1);
 }
 

@@ -27,13 +27,11 @@ raycast::Hit seen_at(const raycast::Scene& scene, const Camera& camera, Vec2f pi
 
 /// Edges at a wrong outline are as strong as anywhere.
 constexpr double fair_response = 0.15;
-constexpr double no_response = 0.04;
-/// A change of the color camera must be so many times as good as the recorded one.
+/// Another assumption must be so many times as good as the recorded one.
 constexpr double clearly = 1.6;
+constexpr double no_response = 0.04;
 constexpr std::size_t fair_outline_points = 300;
-/// Smaller errors of a camera are within what a calibration leaves.
-constexpr double focal_tolerance = 0.04;
-constexpr double shift_tolerance = 0.015;
+constexpr int color_focal_steps = 15;
 constexpr double contradicting = 0.25;
 constexpr double hardly_covered = 0.002;
 constexpr std::size_t look_stride = 4;
@@ -45,15 +43,9 @@ constexpr double hopeless = 0.2;
 /// Moving people, mixed pixels and noise of a few percent stay below this share.
 constexpr double clearly_seen_through = 0.05;
 
-RigidTransform color_pose(const View& view, const Assumption& assumption, bool by_depth_camera)
+RigidTransform color_pose(const View& view, const Assumption& assumption)
 {
-    const RigidTransform pose = assumption.pose(view.depth.track);
-    return by_depth_camera ? pose : pose * view.depth.depth_from_color;
-}
-
-Intrinsics color_camera(const View& view, bool by_depth_camera)
-{
-    return by_depth_camera ? view.depth.depth.scaled_to(view.color.width, view.color.height) : view.color;
+    return assumption.pose(view.depth.track) * view.depth.depth_from_color;
 }
 
 class Judge
@@ -82,12 +74,9 @@ class Judge
             explain_edges();
         result_.explained = fit(result_.assumption);
         tell_assumption(result_, scene_ != nullptr ? mesh_extent(scene_->mesh()) : 0, shared_camera(), result_.findings);
-        const std::size_t by_depth = result_.findings.size();
         for (Finding& finding : result_.findings)
             finding.certain = contradicted();
-        if (depths_.empty() || result_.explained.fits)
-            judge_color();
-        tell_figures(result_, by_depth, result_.findings);
+        tell_figures(result_, result_.findings);
         if (depths_.empty() && std::ranges::any_of(views_, &View::depth_is_empty))
             tell(result_.findings, "empty_depth",
                  "the depth pictures are empty: all values in those of the inspected frames are 0 or 65535, which mean that "
@@ -169,49 +158,35 @@ class Judge
             fit.seen_through = sum.covered() > 0 ? sum.seen_through / sum.covered() : 0;
             result_.front_share = front_share(ratios, assumption.depth_scale);
         }
-        fit.edge_response = edge_response(edge_views(assumption), {});
+        fit.edge_response = edge_response(edge_views(assumption));
         return fit;
     }
 
     /// The color pictures and what should lie on their edges.
-    std::vector<EdgeView> edge_views(const Assumption& assumption, bool by_depth_camera = false) const
+    std::vector<EdgeView> edge_views(const Assumption& assumption) const
     {
         std::vector<EdgeView> all;
         for (const View& view : views_)
             if (!view.edges.empty())
             {
-                EdgeView& edge_view = all.emplace_back(EdgeView{color_camera(view, by_depth_camera), &view.edges, {}});
+                EdgeView& edge_view = all.emplace_back(EdgeView{view.color, &view.edges, {}});
                 if (!depths_.empty())
-                    add_outline(edge_view, measured_outline(view, assumption, by_depth_camera));
+                    add_outline(edge_view, measured_outline(view, assumption));
                 else if (scene_ != nullptr)
                     add_outline(edge_view, mesh_outline(view, assumption));
             }
         return all;
     }
 
-    /// The cameras' distance from each other is in meters or in the unit that the depths turned out to have.
-    void find_meters()
-    {
-        const double recorded = edge_response(edge_views(result_.assumption), {});
-        meters_ = result_.assumption.depth_scale;
-        if (edge_response(edge_views(result_.assumption), {}) <= recorded)
-            meters_ = 1;
-        result_.explained.edge_response = edge_response(edge_views(result_.assumption), {});
-    }
-
-    std::vector<Vec3d> measured_outline(const View& view, const Assumption& assumption, bool by_depth_camera) const
+    std::vector<Vec3d> measured_outline(const View& view, const Assumption& assumption) const
     {
         const RigidTransform color_from_depth = view.depth.depth_from_color.inverse();
         std::vector<Vec3d> points;
         for (const DepthSample& sample : view.silhouette)
         {
             const MeasuredRay ray = measured_ray(view.depth, sample, assumption);
-            Vec3d point = ray.direction * (ray.depth * meters_);
-            if (assumption.by_color_camera && by_depth_camera)
-                point = view.depth.depth_from_color.point(point);
-            else if (assumption.by_color_camera == by_depth_camera)
-                point = color_from_depth.point(point);
-            points.push_back(point);
+            const Vec3d point = ray.direction * ray.depth;
+            points.push_back(assumption.by_color_camera ? point : color_from_depth.point(point));
         }
         return points;
     }
@@ -220,7 +195,7 @@ class Judge
     {
         const Intrinsics k =
             view.color.scaled_to(std::max(1, view.color.width / outline_step_), std::max(1, view.color.height / outline_step_));
-        const Camera camera{k, color_pose(view, assumption, false)};
+        const Camera camera{k, color_pose(view, assumption)};
         std::vector<Vec3d> points;
         for (const DepthSample& sample : silhouette(mesh_depth(*scene_, camera, progress_)))
             points.push_back({(static_cast<double>(sample.x) - k.cx) / k.fx, (static_cast<double>(sample.y) - k.cy) / k.fy, 1});
@@ -249,7 +224,7 @@ class Judge
             return;
         outline_step_ = 2;
         const auto recorded = edge_views({});
-        const double before = edge_response(recorded, {});
+        const double before = edge_response(recorded);
         const Look seen = look({});
         const double least_seen = std::max(0.1 * seen.pixels, 0.5 * seen.fronts);
         const bool has_tracks = std::ranges::any_of(views_, [](const View& view) { return view.depth.track.poses.size() > 1; });
@@ -261,14 +236,14 @@ class Judge
                 if (look(variant).fronts < least_seen)
                     continue;
                 const auto views = edge_views(variant);
-                const double response = edge_response(views, {});
+                const double response = edge_response(views);
                 if (points_of(views) >= fair_outline_points && response > most + hypothesis.advantage)
                 {
                     most = response;
                     best = variant;
                 }
             }
-        if (clearly_better(before, most, edge_responses(recorded, {}), edge_responses(edge_views(best), {})))
+        if (clearly_better(before, most, edge_responses(recorded), edge_responses(edge_views(best))))
             result_.assumption = best;
         outline_step_ = 1;
     }
@@ -287,7 +262,7 @@ class Judge
         Look look;
         for (const View& view : views_)
         {
-            const Camera camera{view.color, color_pose(view, assumption, false)};
+            const Camera camera{view.color, color_pose(view, assumption)};
             for (std::size_t i = 0; i < view.pixels.size(); i += look_stride)
             {
                 const raycast::Hit hit = seen_at(*scene_, camera, view.pixels[i]);
@@ -299,57 +274,30 @@ class Judge
         return look;
     }
 
-    void judge_color()
+    /// Painting with a wrong focal length blurs the whole texture, and depths do not show it.
+    void judge_color_focal()
     {
-        find_meters();
-        const auto views = edge_views(result_.assumption);
-        if (points_of(views) >= fair_outline_points)
-            judge_color_camera(views);
-        tell_color(result_, shared_camera() && !depths_.empty(), result_.findings);
-    }
-
-    void judge_color_camera(const std::vector<EdgeView>& views)
-    {
-        const Assumption& a = result_.assumption;
-        const double before = edge_response(views, {});
-        CameraChange best;
-        double most = before;
-        const auto consider = [&](const CameraChange& change, double advantage)
+        const auto recorded = edge_views(result_.assumption);
+        auto tried = recorded;
+        std::vector<double> best = edge_responses(recorded);
+        double most = result_.explained.edge_response;
+        double mending = 1;
+        for (int step = -color_focal_steps; step <= color_focal_steps; ++step)
         {
-            if (const double response = edge_response(views, change); response > most * advantage)
+            const double factor = std::exp(color_focal_reach * step / color_focal_steps);
+            for (std::size_t i = 0; i < tried.size(); ++i)
+                tried[i].camera = scaled(recorded[i].camera, 1, factor);
+            if (const double response = edge_response(tried); response > most)
             {
                 most = response;
-                best = change;
-            }
-        };
-        consider({.focal_scale = a.focal_scale, .size_scale = a.size_scale, .upside_down = a.upside_down}, 1);
-        consider({.upside_down = true}, 1.05);
-        for (const double size : {0.5, 2.0, 0.25, 1.0 / 3, 2.0 / 3, 1.5, 3.0, 4.0})
-            consider({.size_scale = size}, 1.05);
-        for (const double focal : {0.5, 2.0})
-            consider({.focal_scale = focal}, 1.05);
-        const bool discrete = best.size_scale != 1 || best.upside_down || best.focal_scale == 0.5 || best.focal_scale == 2;
-        if (!discrete)
-            consider(best_change(views, progress_), 1.05);
-        bool by_depth_camera = false;
-        std::vector<double> responses = edge_responses(views, best);
-        if (!depths_.empty() && !shared_camera())
-        {
-            const auto by_depth = edge_views(a, true);
-            if (const double response = edge_response(by_depth, {}); response > 0.95 * most && response > clearly * before)
-            {
-                most = response;
-                by_depth_camera = true;
-                responses = edge_responses(by_depth, {});
+                best = edge_responses(tried);
+                mending = factor;
             }
         }
-        const bool off = by_depth_camera || discrete || std::abs(std::log(best.focal_scale)) >= focal_tolerance ||
-                         std::abs(best.shift_x) >= shift_tolerance || std::abs(best.shift_y) >= shift_tolerance;
-        if (!off || !clearly_better(before, most, edge_responses(views, {}), responses))
+        if (points_of(recorded) < fair_outline_points ||
+            !clearly_better(result_.explained.edge_response, most, edge_responses(recorded), best))
             return;
-        result_.color_by_depth_camera = by_depth_camera;
-        if (!by_depth_camera)
-            result_.color_change = best;
+        tell_color_focal(mending, result_.explained.edge_response, most, result_.findings);
         result_.explained.edge_response = most;
     }
 
@@ -376,9 +324,12 @@ class Judge
                 result_.findings);
         else if (result_.front_share < 0.2 && determinant(result_.assumption.world_turn) > 0)
             tell_inside_out(result_.findings);
+        if (!depths_.empty() && fit.fits)
+            judge_color_focal();
         if (result_.findings.empty() && result_.outline_points >= fair_outline_points && fit.edge_response < no_response)
             tell(result_.findings, "unexplained_edges",
-                 "the color pictures have no edges along the outlines, and no usual mistake explains it: look at the pictures",
+                 "the color pictures have no edges along the outlines: are they turned by 180 degrees, or are the color camera's "
+                 "intrinsics those of another picture size or camera? See the picture that scan.inspect draws",
                  false);
     }
 
@@ -387,7 +338,6 @@ class Judge
     const Progress& progress_;
     std::vector<DepthView> depths_;
     int outline_step_ = 1;  ///< Pixels of the edges per pixel of the mesh's outline.
-    double meters_ = 1;     ///< Per unit of the recorded depths.
     Diagnosis result_;
 };
 
@@ -395,10 +345,8 @@ class Judge
 
 std::pair<Camera, Camera> explained_cameras(const Diagnosis& diagnosis, const View& view)
 {
-    const bool by_depth = diagnosis.color_by_depth_camera;
     const Assumption& a = diagnosis.assumption;
-    return {{changed(color_camera(view, by_depth), diagnosis.color_change), color_pose(view, a, by_depth)},
-            {a.depth_camera(view.depth.depth, view.depth.color), depth_pose(view.depth, a)}};
+    return {{view.color, color_pose(view, a)}, {a.depth_camera(view.depth.depth, view.depth.color), depth_pose(view.depth, a)}};
 }
 
 void correct_depth(const Diagnosis& diagnosis, const View& view, RasterF& depth)

@@ -168,43 +168,26 @@ namespace
 
 /// Fewer tell nothing.
 constexpr std::size_t fewest_points = 20;
-constexpr std::size_t rough_stride = 4;
 
-double response(const EdgeView& view, const CameraChange& change, std::size_t stride = 1)
+double response(const EdgeView& view)
 {
     if (view.outline.size() < fewest_points)
         return 0;
-    const Intrinsics k = changed(view.camera, change);
+    const Intrinsics& k = view.camera;
     double sum = 0;
-    for (std::size_t i = 0; i < view.outline.size(); i += stride)
+    for (const Vec2d point : view.outline)
     {
-        const Vec2d point = view.outline[i];
-        double x = k.fx * point.x + k.cx;
-        double y = k.fy * point.y + k.cy;
-        if (change.upside_down)
-        {
-            x = k.width - x;
-            y = k.height - y;
-        }
-        x -= 0.5;
-        y -= 0.5;
+        const double x = k.fx * point.x + k.cx - 0.5;
+        const double y = k.fy * point.y + k.cy - 0.5;
         if (x >= 0 && y >= 0 && x < view.edges->width - 1 && y < view.edges->height - 1)
             sum += numerics::bilinear(numerics::between(x), numerics::between(y),
                                       [&](int column, int row) { return static_cast<double>(view.edges->at(column, row)); }) -
                    1;
     }
-    return sum / static_cast<double>((view.outline.size() + stride - 1) / stride);
+    return sum / static_cast<double>(view.outline.size());
 }
 
 }  // namespace
-
-Intrinsics changed(const Intrinsics& recorded, const CameraChange& change)
-{
-    Intrinsics k = scaled(recorded, change.size_scale, change.focal_scale);
-    k.cx += change.shift_x * k.width;
-    k.cy += change.shift_y * k.height;
-    return k;
-}
 
 void add_outline(EdgeView& view, const std::vector<Vec3d>& points)
 {
@@ -213,54 +196,24 @@ void add_outline(EdgeView& view, const std::vector<Vec3d>& points)
             view.outline.push_back({p.x / p.z, p.y / p.z});
 }
 
-std::vector<double> edge_responses(const std::vector<EdgeView>& views, const CameraChange& change)
+std::vector<double> edge_responses(const std::vector<EdgeView>& views)
 {
     std::vector<double> responses;
     for (const EdgeView& view : views)
-        responses.push_back(response(view, change));
+        responses.push_back(response(view));
     return responses;
 }
 
-double edge_response(const std::vector<EdgeView>& views, const CameraChange& change, std::size_t stride)
+double edge_response(const std::vector<EdgeView>& views)
 {
     double sum = 0;
     std::size_t telling = 0;
     for (const EdgeView& view : views)
     {
-        sum += response(view, change, stride);
+        sum += response(view);
         telling += view.outline.size() >= fewest_points;
     }
     return views.empty() ? 0 : sum / std::max(static_cast<double>(telling), 0.5 * static_cast<double>(views.size()));
-}
-
-CameraChange best_change(const std::vector<EdgeView>& views, const Progress& progress)
-{
-    CameraChange best;
-    const auto search =
-        [&](double furthest_focal, double focal_step, double furthest_shift, double shift_step, std::size_t stride)
-    {
-        const auto focal_steps = static_cast<int>(std::lround(furthest_focal / focal_step));
-        const auto shift_steps = static_cast<int>(std::lround(furthest_shift / shift_step));
-        std::vector<CameraChange> changes;
-        for (int focal = -focal_steps; focal <= focal_steps; ++focal)
-            for (int y = -shift_steps; y <= shift_steps; ++y)
-                for (int x = -shift_steps; x <= shift_steps; ++x)
-                {
-                    CameraChange& change = changes.emplace_back(best);
-                    change.focal_scale *= std::exp(focal_step * focal);
-                    change.shift_x += shift_step * x;
-                    change.shift_y += shift_step * y;
-                }
-        std::vector<double> responses(changes.size());
-        parallel_items(changes.size(), 32, progress,
-                       [&](std::size_t i) { responses[i] = edge_response(views, changes[i], stride); });
-        const auto strongest_response = std::ranges::max_element(responses);
-        if (*strongest_response > edge_response(views, best, stride))
-            best = changes[static_cast<std::size_t>(strongest_response - responses.begin())];
-    };
-    search(color_focal_reach, 0.03, 0.04, 0.01, rough_stride);
-    search(0.03, 0.01, 0.008, 0.004, 1);
-    return best;
 }
 
 namespace

@@ -24,8 +24,6 @@ void tell(std::vector<Finding>& findings, const char* cause, std::string text, b
 namespace
 {
 
-constexpr double alike = 0.05;
-
 using Findings = std::vector<Finding>;
 
 /// "95 %".
@@ -199,25 +197,10 @@ std::string how_to_resize(double factor)
     return " are those of pictures " + number(1 / factor) + " times as large: multiply fx, fy, cx and cy by " + number(factor);
 }
 
-const char* const turn_pictures = " pictures are turned by 180 degrees: turn them, or turn the poses' cameras about their axes";
-
-void replace(Findings& findings, const char* cause, const char* by, const std::string& text)
+std::string edge_figures(double before, double after)
 {
-    for (Finding& finding : findings)
-        if (finding.cause == cause)
-            finding = {by, text, true};
-}
-
-void tell_both_cameras(const Assumption& a, const CameraChange& color, Findings& findings)
-{
-    if (a.focal_scale != 1 && color.focal_scale != 1 && std::abs(std::log(a.focal_scale / color.focal_scale)) < alike)
-        for (const char* cause : {"depth_focal_length", "depth_taken_for_color"})
-            replace(findings, cause, "focal_length",
-                    "the focal length of both cameras is " + how_to_mend(a.focal_scale, focal_reach));
-    if (a.size_scale != 1 && a.size_scale == color.size_scale)
-        replace(findings, "depth_camera_size", "camera_size", "the intrinsics of both cameras" + how_to_resize(a.size_scale));
-    if (a.upside_down && color.upside_down)
-        replace(findings, "depth_upside_down", "upside_down", std::string("color and depth") + turn_pictures);
+    return " (edges along the outlines are " + number(1 + after) + " times as strong as elsewhere then, " + number(1 + before) +
+           " times as recorded)";
 }
 
 }  // namespace
@@ -267,7 +250,9 @@ void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera,
              "the depth pictures hold distances from the camera where depth along its axis is expected: divide each by the "
              "length of its pixel's ray ((x - cx) / fx, (y - cy) / fy, 1)");
     if (a.upside_down)
-        tell(findings, "depth_upside_down", std::string("the depth") + turn_pictures);
+        tell(findings, "depth_upside_down",
+             "the depth pictures are turned by 180 degrees: turn them or, if the color pictures are turned, too, the poses' "
+             "cameras about their axes");
     if (a.by_color_camera)
         tell(findings, "depth_by_color_camera",
              "the depth pictures fit the color camera, not the depth camera: they are registered to color; use the color "
@@ -283,54 +268,24 @@ void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera,
              "the focal length of the depth camera is " + how_to_mend(a.focal_scale, focal_reach));
 }
 
-void tell_color(const Diagnosis& diagnosis, bool one_camera, Findings& findings)
+void tell_color_focal(double mending, double before, double after, Findings& findings)
 {
-    const Assumption& a = diagnosis.assumption;
-    const CameraChange& color = diagnosis.color_change;
-    const bool shifted = color.shift_x != 0 || color.shift_y != 0;
-    tell_both_cameras(a, color, findings);
-    const auto told = [&](const char* cause)
-    { return std::ranges::any_of(findings, [&](const Finding& finding) { return finding.cause == cause; }); };
-    if (diagnosis.color_by_depth_camera && a.by_color_camera)
-        replace(findings, "depth_by_color_camera", "cameras_swapped",
-                "the color and depth cameras are swapped: exchange their intrinsics and poses");
-    else if (diagnosis.color_by_depth_camera)
-        tell(findings, "color_by_depth_camera",
-             "the color pictures fit the depth camera, not the color camera: use the depth camera's intrinsics and pose for "
-             "them");
-    if (color.upside_down && !told("upside_down"))
-        tell(findings, "color_upside_down", std::string("the color") + turn_pictures);
-    if (color.size_scale != 1 && !told("camera_size"))
-        tell(findings, "color_camera_size", "the color camera's intrinsics" + how_to_resize(color.size_scale));
-    const bool focal_off = std::abs(std::log(color.focal_scale)) > 0.025;
-    if (focal_off && one_camera && a.focal_scale == 1)
-        tell(findings, "color_taken_for_depth",
-             "both cameras have the same intrinsics, which fit only the depth pictures; the color camera's focal length is "
-             "about " +
-                 number(color.focal_scale) + " times as large");
-    else if (focal_off && !told("focal_length"))
-        tell(findings, "color_focal_length",
-             "the focal length of the color camera is " + how_to_mend(color.focal_scale, color_focal_reach));
-    else if (shifted && !focal_off)
-        tell(findings, "color_shift",
-             "the color pictures are shifted against the " + std::string(diagnosis.depths > 0 ? "depth pictures" : "mesh") +
-                 ": their principal point is off by about (" + number(100 * color.shift_x) + ", " + number(100 * color.shift_y) +
-                 ") % of the picture, or the color camera's position is wrong");
+    tell(findings, "color_focal_length",
+         "the focal length of the color camera is " + how_to_mend(mending, color_focal_reach) + edge_figures(before, after));
 }
 
-void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, Findings& findings)
+void tell_figures(const Diagnosis& diagnosis, Findings& findings)
 {
-    for (std::size_t i = 0; i < findings.size(); ++i)
-        if (i + 1 < by_depth && diagnosis.depths > 0)
-            findings[i].text += fmt::format(" ({} of {} corrections that belong together)", i + 1, by_depth);
-        else if (i < by_depth && diagnosis.depths > 0)
-            findings[i].text += (by_depth > 1 ? " (with all " + std::to_string(by_depth) + " corrections together, " : " (") +
-                                percent(diagnosis.explained.agreement) + " of the covered depths agree" +
-                                (by_depth > 1 ? ", " : " then, ") + percent(diagnosis.recorded.agreement) + " as recorded)";
+    const std::size_t all = findings.size();
+    for (std::size_t i = 0; i < all; ++i)
+        if (diagnosis.depths == 0)
+            findings[i].text += edge_figures(diagnosis.recorded.edge_response, diagnosis.explained.edge_response);
+        else if (i + 1 < all)
+            findings[i].text += fmt::format(" ({} of {} corrections that belong together)", i + 1, all);
         else
-            findings[i].text += " (edges along the outlines are " + number(1 + diagnosis.explained.edge_response) +
-                                " times as strong as elsewhere then, " + number(1 + diagnosis.recorded.edge_response) +
-                                " times as recorded)";
+            findings[i].text += (all > 1 ? " (with all " + std::to_string(all) + " corrections together, " : " (") +
+                                percent(diagnosis.explained.agreement) + " of the covered depths agree" +
+                                (all > 1 ? ", " : " then, ") + percent(diagnosis.recorded.agreement) + " as recorded)";
 }
 
 void tell_inside_out(Findings& findings)

@@ -43,14 +43,12 @@ struct Diagnosis
     std::vector<Finding> findings;
 
     Assumption assumption;
-    CameraChange color_change;
-    bool color_by_depth_camera = false;  ///< Color pictures fit the depth camera, not the color camera.
 
     std::size_t depths = 0;          ///< Number of depth samples compared.
     std::size_t outline_points = 0;  ///< Number of points compared with the color pictures' edges.
     double front_share = 1;          ///< Share of the agreeing places that cameras see from the front.
     /// Whether anything is assumed that was not recorded.
-    bool explains() const { return !(assumption == Assumption{}) || !(color_change == CameraChange{}) || color_by_depth_camera; }
+    bool explains() const { return !(assumption == Assumption{}); }
 };
 
 /// Frames that overlap contradict each other only if they see through more of what others measured; the rest may be hidden.

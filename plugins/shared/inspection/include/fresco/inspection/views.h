@@ -41,20 +41,6 @@ std::vector<DepthSample> silhouette(const RasterF& depth);
 /// (recorded poses are off by a pixel or two), divided by its mean around the pixel and over the picture, at most 4. H x W.
 RasterF edge_strength(const Raster8& rgb);
 
-/// How a color camera may differ from the recorded one.
-struct CameraChange
-{
-    double focal_scale = 1;
-    double size_scale = 1;     ///< Multiplies all intrinsics.
-    double shift_x = 0;        ///< Shift of the principal point over the picture's width.
-    double shift_y = 0;        ///< Shift over its height.
-    bool upside_down = false;  ///< The pictures are turned by 180 degrees.
-
-    friend bool operator==(const CameraChange&, const CameraChange&) = default;
-};
-
-Intrinsics changed(const Intrinsics& recorded, const CameraChange& change);
-
 /// A color picture's edges, and the outline that should lie on them.
 struct EdgeView
 {
@@ -68,17 +54,10 @@ void add_outline(EdgeView& view, const std::vector<Vec3d>& points);
 
 /// Per view: mean strength of the edges at the outline, minus 1. About 0 if outline and picture are unrelated; 0 at points
 /// outside the picture and for views with fewer than 20 points.
-std::vector<double> edge_responses(const std::vector<EdgeView>& views, const CameraChange& change);
+std::vector<double> edge_responses(const std::vector<EdgeView>& views);
 
-/// Mean over the views with at least 20 points, divided by at least half the number of views; 0 without any. Of every `stride`-th
-/// point.
-double edge_response(const std::vector<EdgeView>& views, const CameraChange& change, std::size_t stride = 1);
-
-/// best_change searches focal lengths up to this natural logarithm of their factor, and a little beyond in finer steps.
-inline constexpr double color_focal_reach = 0.3;
-
-/// The strongest response: focal lengths up to 35 % off, shifts up to 4 % of the picture. Throws Canceled.
-CameraChange best_change(const std::vector<EdgeView>& views, const Progress& progress);
+/// Mean over the views with at least 20 points, divided by at least half the number of views; 0 without any.
+double edge_response(const std::vector<EdgeView>& views);
 
 /// A frame as the diagnosis sees it.
 struct View

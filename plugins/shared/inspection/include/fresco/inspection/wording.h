@@ -25,12 +25,14 @@ void tell(std::vector<Finding>& findings, const char* cause, std::string text, b
 /// is probably in meters; 0 without a mesh. `one_camera`: depth and color were given the same camera.
 void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera, std::vector<Finding>& findings);
 
-/// One finding for each assumption about the color camera.
-void tell_color(const Diagnosis& diagnosis, bool one_camera, std::vector<Finding>& findings);
+/// The color camera's focal length is searched up to this natural logarithm of its factor.
+inline constexpr double color_focal_reach = 0.3;
 
-/// Appends the agreement with the mistake corrected and as recorded to each finding. The first `by_depth` findings were judged by
-/// depth, the others by edges.
-void tell_figures(const Diagnosis& diagnosis, std::size_t by_depth, std::vector<Finding>& findings);
+/// The color camera's focal length times `mending` raises the edge response.
+void tell_color_focal(double mending, double before, double after, std::vector<Finding>& findings);
+
+/// Appends the agreement with the mistake corrected and as recorded to each finding.
+void tell_figures(const Diagnosis& diagnosis, std::vector<Finding>& findings);
 
 void tell_inside_out(std::vector<Finding>& findings);
 /// `by_mesh`: the frames were compared with a mesh, not with each other.

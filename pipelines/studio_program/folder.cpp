@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr int deepest = 3;
 constexpr std::size_t most_entries = 20'000;
+constexpr std::size_t most_entries_of_a_mark = 2000;
 const std::set<std::string> picture_extensions{".jpg", ".jpeg", ".png", ".webp", ".avif", ".heic", ".bmp"};
 const std::set<std::string> model_extensions{".glb", ".gltf", ".obj", ".ply", ".splat", ".spz", ".sog"};
 
@@ -47,22 +48,22 @@ bool has(const fs::path& folder, const std::string& pattern, std::size_t& budget
     const std::size_t end = pattern.find('/');
     const std::string step = pattern.substr(0, end);
     std::error_code error;
-    std::vector<fs::path> matching;
+    const auto leads_on = [&](const fs::path& entry)
+    { return end == std::string::npos || has(entry, pattern.substr(end + 1), budget); };
     if (step.find_first_of("*?") == std::string::npos)
+        return fs::exists(folder / step, error) && leads_on(folder / step);
+    for (fs::directory_iterator entry(folder, error); !error && budget > 0 && entry != fs::directory_iterator();
+         entry.increment(error))
     {
-        if (fs::exists(folder / step, error))
-            matching.push_back(folder / step);
+        --budget;
+        const std::string name = entry->path().filename();
+        if (!name.starts_with('.') && fnmatch(step.c_str(), name.c_str(), 0) == 0 && leads_on(entry->path()))
+            return true;
     }
-    else
-        for (const fs::path& entry : entries_of(folder, budget))
-            if (fnmatch(step.c_str(), entry.filename().c_str(), 0) == 0)
-                matching.push_back(entry);
-    return end == std::string::npos ? !matching.empty()
-                                    : std::ranges::any_of(matching, [&](const fs::path& entry)
-                                                          { return has(entry, pattern.substr(end + 1), budget); });
+    return false;
 }
 
-bool fits(const fs::path& folder, const Layout& layout, std::size_t& budget)
+bool fits(const fs::path& folder, const Layout& layout)
 {
     return !layout.contains.empty() &&
            std::ranges::all_of(layout.contains,
@@ -71,6 +72,7 @@ bool fits(const fs::path& folder, const Layout& layout, std::size_t& budget)
                                    for (std::size_t end = 0; end != std::string::npos;)
                                    {
                                        end = alternatives.find('|');
+                                       std::size_t budget = most_entries_of_a_mark;
                                        if (has(folder, alternatives.substr(0, end), budget))
                                            return true;
                                        alternatives.erase(0, end == std::string::npos ? end : end + 1);
@@ -119,6 +121,7 @@ class Search
     Contents found()
     {
         look_at(folder_, 0);
+        contents.is_cut = budget_ == 0;
         return std::move(contents);
     }
 
@@ -135,7 +138,7 @@ class Search
             if (depth > 0)
                 return;  // Results are not scans.
         }
-        const auto layout = std::ranges::find_if(layouts_, [&](const Layout& each) { return fits(folder, each, budget_); });
+        const auto layout = std::ranges::find_if(layouts_, [&](const Layout& each) { return fits(folder, each); });
         if (layout != layouts_.end())
         {
             contents.scans.push_back(
@@ -275,7 +278,8 @@ Value as_value(const Contents& contents)
                                    {"thumbnail", scan.thumbnail}});
     return Value::Map{{"scans", std::move(scans)},
                       {"pictures", Value::List(contents.pictures.begin(), contents.pictures.end())},
-                      {"runs", Value::List(contents.runs.begin(), contents.runs.end())}};
+                      {"runs", Value::List(contents.runs.begin(), contents.runs.end())},
+                      {"is_cut", contents.is_cut}};
 }
 
 }  // namespace fresco::studio

@@ -39,6 +39,7 @@ struct Contents
     std::vector<Scan> scans;
     std::vector<std::string> pictures;  ///< Relative to the folder.
     std::vector<std::string> runs;      ///< Output folders with a progress.jsonl.
+    bool is_cut = false;                ///< There was more than this program looks at.
 };
 
 /// Looks at most three folders deep and at 20 000 entries; hidden ones are passed over, and what is inside of a recording is its
@@ -53,7 +54,7 @@ bool is_model(const std::filesystem::path& file);
 /// a name that is neither a picture's nor a model's, and for contents that do not begin as such files do.
 std::string take_in(const std::filesystem::path& upload, const std::filesystem::path& folder, const std::string& wanted);
 
-/// This is what the page gets: {scans: [{name, kind, layout, thumbnail}], pictures, runs}
+/// This is what the page gets: {scans: [{name, kind, layout, thumbnail}], pictures, runs, is_cut}
 Value as_value(const Contents& contents);
 
 }  // namespace fresco::studio

@@ -88,7 +88,9 @@ std::string Runs::answer_of(const std::vector<std::string>& words) const
     text += lines.rest();
     if (end_of(process).exit_code != 0)
         throw Error(text);
-    return text;
+    const std::size_t begin = text.starts_with('{') ? 0 : text.find("\n{") + 1;  // Warnings come first.
+    fmt::print(stderr, "{}", text.substr(0, begin));
+    return text.substr(begin);
 }
 
 Started Runs::paint(const paint::Settings& settings, const Value& asked, const std::string& care)

@@ -384,6 +384,7 @@ function tell() {
     settings?.offerRelief(!is_model);
     showScans(at("scans"), folder.scans, chosen.scan, scan => scan !== chosen.scan && choose({ scan }));
     showPictures(at("pictures"), [...folder.pictures, ...folder.shipped], chosen.picture, picture => picture !== chosen.picture && choose({ picture }));
+    at("cut").hidden = !folder.is_cut;
     at("watched").hidden = !folder.runs.length;
     showRuns(at("runs"), folder.runs, watched?.run, watchRun);
     showHistory(at("history"), paintings, shown, versions, { open: painting => { remember(); guarded(open)(painting); }, remove: guarded(remove) });

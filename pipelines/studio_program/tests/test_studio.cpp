@@ -259,6 +259,20 @@ TEST_CASE("recordings are found by the marks of their layouts, models and pictur
     CHECK(found.runs == std::vector<std::string>{"out"});
 }
 
+TEST_CASE("what recordings hold does not count against the entries of the folder, and an end of the search is told")
+{
+    const TemporaryFolder folder;
+    const std::vector<Layout> layouts{{"layout.a", {"a-*|b-*|c-*|d-*|e-*|f-*|g-*|h-*|i-*|frame-*"}, {}}};
+    for (int i = 0; i < 2400; ++i)
+        touch(folder.path() / fmt::format("scan_{}/frame-{}", i % 3, i));
+    Contents found = contents_of(folder.path(), layouts);
+    CHECK(found.scans.size() == 3);
+    CHECK_FALSE(found.is_cut);
+    for (int i = 0; i < 20'000; ++i)
+        fs::create_hard_link(folder.path() / "scan_0/frame-0", folder.path() / fmt::format("{}", i));
+    CHECK(contents_of(folder.path(), layouts).is_cut);
+}
+
 TEST_CASE("what is added has a name of its own and replaces nothing")
 {
     const TemporaryFolder folder;
@@ -293,6 +307,7 @@ struct Workshop
     {
         write_file(program, std::string_view("#!/bin/sh\n"
                                              "[ \"$1\" = store ] && touch \"${0%/*}/tidied\"\n"
+                                             "[ \"$1\" = describe ] && echo 'warning: a plugin is missing' >&2\n"
                                              "[ \"$1\" = run ] || { echo '{}'; exit; }\n"
                                              "[ -e \"${0%/*}/deaf\" ] && trap '' TERM\n"
                                              "echo '{\"event\":\"begin\"}'\n"

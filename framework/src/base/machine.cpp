@@ -59,10 +59,8 @@ std::optional<double> number_in(const fs::path& file)
 
 void narrow_memory(ControlGroupLimits& limits, std::optional<double> most, std::optional<double> used)
 {
-    if (!most)
-        return;
-    limits.memory_mb = std::min(limits.memory_mb, *most / bytes_per_mb);
-    limits.free_memory_mb = std::min(limits.free_memory_mb, std::max(0.0, *most - used.value_or(0)) / bytes_per_mb);
+    if (most)
+        limits.free_memory_mb = std::min(limits.free_memory_mb, std::max(0.0, *most - used.value_or(0)) / bytes_per_mb);
 }
 
 void narrow_cores(ControlGroupLimits& limits, std::optional<double> quota, std::optional<double> period)
@@ -174,11 +172,6 @@ double memory_of_tree_mb(pid_t pid)
     for (const pid_t child : children_of(pid))
         sum += memory_of_tree_mb(child);
     return sum;
-}
-
-double machine_memory_mb()
-{
-    return std::min(number_of("/proc/meminfo", "MemTotal") / 1024.0, control_group_limits().memory_mb);
 }
 
 bool machine_has_gpu()

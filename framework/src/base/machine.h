@@ -17,7 +17,6 @@ namespace fresco::host
 /// Resources that its control groups leave a process. Infinity: no limit.
 struct ControlGroupLimits
 {
-    double memory_mb = std::numeric_limits<double>::infinity();       ///< All that its processes may have together.
     double free_memory_mb = std::numeric_limits<double>::infinity();  ///< Memory that none of them uses yet.
     double cores = std::numeric_limits<double>::infinity();           ///< Processor time per time.
 };
@@ -49,8 +48,6 @@ double peak_memory_of_programs_mb();
 /// Resident memory, in MB, of a process and all that descend from it: the sum, what several share counts in each. 0 once it is
 /// gone.
 double memory_of_tree_mb(pid_t pid);
-/// Memory of this machine, in MB, or of the narrowest of the control groups that the process is in.
-double machine_memory_mb();
 /// Whether the driver finds an NVIDIA GPU that this process may use. Asks once.
 bool machine_has_gpu();
 

@@ -47,7 +47,7 @@ struct RunArguments
     std::string thumbnails;
     bool quiet = false;
     bool json_log = false;
-    IsolationRequest isolation;
+    StageLimits limits;
     bool no_report = false;
     std::string task;
     bool only_stored = false;
@@ -184,17 +184,6 @@ void check_matrix_options(const RunArguments& arguments, const Pipeline& pipelin
                                      suggestion(arguments.thumbnails, names)));
 }
 
-/// Reads the stages' times from earlier runs with the same options in the store.
-std::map<std::string, double> measured_seconds(const RunRequest& request)
-{
-    std::map<std::string, double> seconds;
-    const Statistics statistics{Store(request.store)};
-    for (const auto& stage : request.pipeline->stages)
-        if (const auto usage = statistics.last_with_options(kind_of(stage)))
-            seconds[stage.name] = usage->seconds;
-    return seconds;
-}
-
 /// The last lines of a run that has no table of combinations.
 void print_summary(const RunArguments& arguments, const RunSummary& summary, const std::vector<ReportOutcome>& reports)
 {
@@ -216,20 +205,6 @@ int tell_problems(const RunArguments& arguments, const std::vector<Problem>& pro
         fmt::print("{}\n", to_json(Value::Map{
                                {"event", "problems"}, {"exit_code", exit_code}, {"problems", problems_as_value(problems)}}));
     return exit_code;
-}
-
-/// Sets the limits of isolated stages. Throws UsageError where they make no sense.
-void set_limits(const RunArguments& arguments, RunRequest& request)
-{
-    const auto measured = arguments.isolation.stages.empty() ? std::map<std::string, double>{} : measured_seconds(request);
-    try
-    {
-        request.limits = stage_limits(arguments.isolation, *request.pipeline, measured);
-    }
-    catch (const Error& error)
-    {
-        throw UsageError(fmt::format("error: {}", error.what()));
-    }
 }
 
 /// Reports the stages without a result, the only failure of a run with --only-stored.
@@ -292,11 +267,11 @@ int run(const RunArguments& arguments)
     request.until = arguments.pipeline.until;
     request.replace = arguments.places.replace;
     request.only_stored = arguments.only_stored;
+    request.limits = arguments.limits;
     if (is_task)
         request.part = task_part(pipeline, arguments.pipeline.until, arguments.task);
     else
         refuse_obstacles(report_obstacles(request, !arguments.no_report));
-    set_limits(arguments, request);
     std::optional<ProgressFile> progress;
     auto display = make_display(display_kind(arguments));
     if (!arguments.no_report && !is_task && !is_in_input(request.out, pipeline))
@@ -346,16 +321,13 @@ void add_run_command(CLI::App& app, const std::vector<std::string>& words, int& 
     command->add_option("--jobs", arguments->jobs, "Combinations of a matrix to run in parallel (default: 1)")
         ->check(CLI::Range(1, 4096));
     command->add_flag("--keep-going", arguments->keep_going, "Start further combinations of a matrix after one has failed");
-    auto* isolate = command->add_option("--isolate", arguments->isolation.stages,
-                                        "STAGE or all: limit the memory and time of the stage's processes; may be repeated");
-    const auto limit = [&](const char* name, std::vector<std::string>& values, const char* help)
-    { command->add_option(name, values, help)->allow_extra_args(false)->needs(isolate); };
-    isolate->allow_extra_args(false);
-    limit("--isolate-memory", arguments->isolation.memory,
-          "4G or STAGE=4G: maximum memory of an isolated stage (default: 90 % of the machine's)");
-    limit("--isolate-time", arguments->isolation.seconds,
-          "10m or STAGE=1h30m: maximum time of an isolated stage (default: ten times its last runs, at least 10m; 1h if it never "
-          "ran)");
+    const auto limit =
+        [&](const char* name, double& value, const std::map<std::string, double>& units, double least, const char* help)
+    { command->add_option(name, value, help)->transform(CLI::AsNumberWithUnit(units))->check(CLI::Range(least, 1e9)); };
+    limit("--stage-memory", arguments->limits.memory_mb, {{"M", 1}, {"G", 1024}}, 16,
+          "Maximum memory of each stage's processes: megabytes, or with a unit, such as 4G");
+    limit("--stage-time", arguments->limits.seconds, {{"s", 1}, {"m", 60}, {"h", 3600}}, 0.1,
+          "Maximum time of each stage: seconds, or with a unit, such as 10m or 2h");
     command->add_option("--thumbnails", arguments->thumbnails,
                         "Stage of a matrix whose pictures sweep.html shows (default: the last that makes pictures)");
     command->add_flag("--no-report", arguments->no_report, "Write no run.json, report.html or progress.jsonl");

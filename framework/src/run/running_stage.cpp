@@ -142,14 +142,14 @@ void RunningStage::hold_to_limits()
     // In order, so that a stage with checkpoints goes on from there when it is given more time.
     if (runs_ && limits_.seconds > 0 && elapsed() > limits_.seconds)
         return end_for("it exceeded the time limit of " + duration_text(limits_.seconds) +
-                           ": raise --isolate-time, or find out where it hangs",
+                           ": raise --stage-time, or find out where it hangs",
                        SIGTERM);
     if (limits_.memory_mb <= 0 || now < memory_time_)
         return;
     memory_time_ = now + std::chrono::milliseconds(100);
     if (const double used = memory_of_tree_mb(child_.pid); used > limits_.memory_mb)
         end_for("it used " + size_text(used) + " of memory; the limit is " + size_text(limits_.memory_mb) +
-                    ": raise --isolate-memory, or ask for less (smaller sizes, fewer frames, --cores 1)",
+                    ": raise --stage-memory, or ask for less (smaller sizes, fewer frames, --cores 1)",
                 SIGKILL);
 }
 
@@ -289,7 +289,7 @@ std::string RunningStage::end_text() const
         text = "its process ended with exit code " + std::to_string(end_.exit_code) + " before the stage was done" + report;
     if (limits_.memory_mb > 0 && end_.signal != 0)
         text += "; it had used " + size_text(end_.peak_memory_mb) + " of its limit of " + size_text(limits_.memory_mb) +
-                " (--isolate-memory)";
+                " (--stage-memory)";
     if (!tail_.empty())
         text += "; the last it printed:";
     for (const auto& line : tail_)

@@ -4,7 +4,7 @@
 #include "base/process.h"
 #include "run/progress_display.h"
 #include "run/run_state.h"
-#include "run/stage_limits.h"
+#include "run/scheduler.h"
 #include "store/stage_log.h"
 #include "worker/worker.h"
 

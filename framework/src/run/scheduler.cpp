@@ -230,9 +230,7 @@ class Scheduler
         try
         {
             const Value request = make_worker_request(node, state_, store_, request_.out, threads, hashes_);
-            const auto limits = request_.limits.find(node.stage->name);
-            running_.emplace_back(node, request, store_, limits == request_.limits.end() ? StageLimits{} : limits->second,
-                                  display_);
+            running_.emplace_back(node, request, store_, request_.limits, display_);
             node.state = StageState::running;
             state_.update(node);
             link_stage_log(store_, request_.pipeline->file, node.stage->name, node.key);

@@ -4,7 +4,6 @@
 #include "run/exports.h"
 #include "run/progress_display.h"
 #include "run/run_state.h"
-#include "run/stage_limits.h"
 
 #include <filesystem>
 #include <map>
@@ -17,20 +16,27 @@
 namespace fresco::host
 {
 
+/// Limits of each stage's process with all that it starts. 0: no limit.
+struct StageLimits
+{
+    double memory_mb = 0;  ///< Resident, all processes together; and what each of them maps for writing.
+    double seconds = 0;    ///< From the moment the stage begins.
+};
+
 struct RunRequest
 {
     const Pipeline* pipeline = nullptr;
     std::filesystem::path store;
     std::filesystem::path out;
     int cores = 1;
-    double memory_mb = 0;                       ///< Limits the expected memory of concurrent stages together; 0: no limit.
-    int jobs = 1;                               ///< Combinations of a matrix that are at work at once.
-    bool keep_going = false;                    ///< Start further combinations of a matrix after one has failed.
-    bool replace = false;                       ///< --replace: outputs overwrite files that fresco did not write.
-    bool only_stored = false;                   ///< Start no stage: results that are in the store are all there will be.
-    std::string until;                          ///< Empty: everything.
-    std::map<std::string, StageLimits> limits;  ///< By stage; stages without limits are missing.
-    std::optional<RunPart> part;                ///< Stages to run in place of all or `until`; others only give their results.
+    double memory_mb = 0;      ///< Limits the expected memory of concurrent stages together; 0: no limit.
+    int jobs = 1;              ///< Combinations of a matrix that are at work at once.
+    bool keep_going = false;   ///< Start further combinations of a matrix after one has failed.
+    bool replace = false;      ///< --replace: outputs overwrite files that fresco did not write.
+    bool only_stored = false;  ///< Start no stage: results that are in the store are all there will be.
+    std::string until;         ///< Empty: everything.
+    StageLimits limits;
+    std::optional<RunPart> part;  ///< Stages to run in place of all or `until`; others only give their results.
 };
 
 struct RunSummary

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-/// \file Remembers time and memory of earlier runs. `plan` shows them; the scheduler and the time limits of isolated stages go by
-/// them.
+/// \file Remembers time and memory of earlier runs. `plan` shows them; the scheduler goes by them.
 
 namespace fresco::host
 {

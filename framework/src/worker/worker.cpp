@@ -109,7 +109,7 @@ int guarded_run(const fs::path& request_file, WorkerChannel& channel)
     }
     catch (const std::bad_alloc&)
     {
-        return fail("there is not enough memory: close other programs, raise --isolate-memory where it is set, or ask for less "
+        return fail("there is not enough memory: close other programs, raise --stage-memory where it is set, or ask for less "
                     "(smaller sizes, fewer frames, --cores 1)",
                     worker_failed);
     }

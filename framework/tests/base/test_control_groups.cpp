@@ -18,8 +18,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Files of a /proc and a /sys/fs/cgroup of a test's own.
 using Files = std::map<std::string, std::string>;
-/// Memory, free memory and cores.
-using Limits = std::array<double, 3>;
+/// Free memory and cores.
+using Limits = std::array<double, 2>;
 
 Limits limits_of(const Files& files)
 {
@@ -30,7 +30,7 @@ Limits limits_of(const Files& files)
         fresco::write_file(folder.path() / name, text + "\n");
     }
     const ControlGroupLimits found = control_group_limits(folder.path() / "proc", folder.path());
-    return {found.memory_mb, found.free_memory_mb, found.cores};
+    return {found.free_memory_mb, found.cores};
 }
 
 }  // namespace
@@ -44,7 +44,7 @@ TEST_CASE("the narrowest of a job's control groups counts, whichever of its ance
                      {"sys/fs/cgroup/slurm/job_7/memory.current", "1073741824"},
                      {"sys/fs/cgroup/slurm/job_7/cpu.max", "150000 100000"},
                      {"sys/fs/cgroup/slurm/job_7/step_0/memory.max", "4294967296"},
-                     {"sys/fs/cgroup/slurm/job_7/step_0/memory.current", "104857600"}}) == Limits{2048, 1024, 1.5});
+                     {"sys/fs/cgroup/slurm/job_7/step_0/memory.current", "104857600"}}) == Limits{1024, 1.5});
 }
 
 TEST_CASE("control groups of version 1 have a hierarchy for each controller", "[machine]")
@@ -55,20 +55,19 @@ TEST_CASE("control groups of version 1 have a hierarchy for each controller", "[
                      {"sys/fs/cgroup/memory/job/memory.usage_in_bytes", "2147483648"},
                      {"sys/fs/cgroup/cpu/job/cpu.cfs_quota_us", "400000"},
                      {"sys/fs/cgroup/cpu/job/cpu.cfs_period_us", "100000"},
-                     {"sys/fs/cgroup/cpu/job/step/cpu.cfs_quota_us", "-1"}}) == Limits{1024, 0, 4});
+                     {"sys/fs/cgroup/cpu/job/step/cpu.cfs_quota_us", "-1"}}) == Limits{0, 4});
 }
 
 TEST_CASE("in a container the topmost group that can be seen is the container's own", "[machine]")
 {
     for (const char* group : {"0::/", "0::/docker/abc", "0::/../elsewhere"})
-        CHECK(limits_of({{"proc/cgroup", group}, {"sys/fs/cgroup/memory.max", "1073741824"}}) == Limits{1024, 1024, infinity});
+        CHECK(limits_of({{"proc/cgroup", group}, {"sys/fs/cgroup/memory.max", "1073741824"}}) == Limits{1024, infinity});
 }
 
 TEST_CASE("nothing that can be read limits nothing", "[machine]")
 {
     CHECK(limits_of(
               {{"proc/cgroup", "nonsense\n0::/a"}, {"sys/fs/cgroup/a/memory.max", "much"}, {"sys/fs/cgroup/a/cpu.max", "10"}}) ==
-          Limits{infinity, infinity, infinity});
+          Limits{infinity, infinity});
     CHECK(available_cores() >= 1);
-    CHECK(machine_memory_mb() >= available_memory_mb());
 }

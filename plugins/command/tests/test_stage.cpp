@@ -231,7 +231,7 @@ TEST_CASE_METHOD(WithPlace, "what a program leaves behind ends before its output
 TEST_CASE("the limit of memory holds for programs, too", "[command][isolation]")
 {
     RoomPlace place(shell("x=0123456789abcdef; while :; do x=$x$x; done"), plugins);
-    const Finished large = place.run({"run", "room.yaml", "--isolate", "made", "--isolate-memory", "200M"});
+    const Finished large = place.run({"run", "room.yaml", "--stage-memory", "200M"});
     CHECK(large.code == 1);
     CHECK(contains(large.err, "stage made (command): "));
     CHECK(fs::exists(place.file("out/good.txt")));
@@ -247,8 +247,7 @@ TEST_CASE_METHOD(WithPlace, "a program beyond its time that hears no signal is e
     // On a busy machine the second may not be there yet when the time is up.
     for (int seconds = 3; place.read("pid").empty(); seconds *= 3)
     {
-        const Finished late =
-            place.run({"run", "room.yaml", "--isolate", "made", "--isolate-time", std::to_string(seconds) + "s"});
+        const Finished late = place.run({"run", "room.yaml", "--stage-time", std::to_string(seconds) + "s"});
         CHECK(late.code == 1);
         CHECK(contains(late.err, "stage made (command): it exceeded the time limit of "));
     }
@@ -335,7 +334,7 @@ TEST_CASE("an artifact type of a plugin is exchanged like those of the SDK", "[c
 TEST_CASE("a program that opens the terminal gets an error, and the run goes on")
 {
     RoomPlace place(command("run: [sh, -c, 'read -r answer </dev/tty', sh, \"{o}\"], outputs: {o: table}"), plugins);
-    Terminal terminal(place, {"run", "room.yaml", "--isolate", "made", "--isolate-time", "100s"}, 600, 12);
+    Terminal terminal(place, {"run", "room.yaml", "--stage-time", "100s"}, 600, 12);
     REQUIRE(terminal.shows("ended with exit code"));
     CHECK(terminal.finish() == 1);
 }

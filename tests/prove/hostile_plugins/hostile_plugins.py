@@ -30,7 +30,7 @@ ALL = GOOD | {"last.txt": "6.500000\n"}
 
 HARMLESS = ("fork", "spoil_by_child", "spoil_others", "write_beside", "block_signals", "umask", "move_away", "locale", "environment",
             "leave_session", "print_binary", "garbage")
-LIMITED_TIME, LIMITED_MEMORY = (["--isolate", "bad", limit, value] for limit, value in (("--isolate-time", "0.3s"), ("--isolate-memory", "300M")))
+LIMITED_TIME, LIMITED_MEMORY = ([limit, value] for limit, value in (("--stage-time", "1s"), ("--stage-memory", "300M")))
 # What the error of a way says, and more words for the command line.
 HARMFUL = {
     "delete_inputs": ("victim: changed while the stage ran", []),
@@ -39,16 +39,16 @@ HARMFUL = {
     "overflow": ("crashed: Segmentation fault (signal 11)", []),
     "exit_canceled": ("ended with exit code 75 before the stage was done", []),
     "throw_int": ("something other than an exception was thrown", []),
-    "loop": ("it exceeded the time limit of 0.3 s", LIMITED_TIME),
-    "print": ("raise --isolate-time, or find out where it hangs", LIMITED_TIME),
-    "allocate_elsewhere": ("the limit is 300 MB: raise --isolate-memory", LIMITED_MEMORY),
+    "loop": ("it exceeded the time limit of 1", LIMITED_TIME),
+    "print": ("raise --stage-time, or find out where it hangs", LIMITED_TIME),
+    "allocate_elsewhere": ("the limit is 300 MB: raise --stage-memory", LIMITED_MEMORY),
     "claim": ("its process ended with exit code 0 before the stage was done", []),
-    "deaf": ("it exceeded the time limit of 0.3 s", LIMITED_TIME),
+    "deaf": ("it exceeded the time limit of 1", LIMITED_TIME),
     "close_all": ("ended with exit code 75 before the stage was done", []),
     "few_files": ("Too many open files", []),
     "no_room": ("File too large", []),
     "end_by_exit": ("its process crashed: Aborted", []),
-    "allocate": ("raise --isolate-memory where it is set", LIMITED_MEMORY),
+    "allocate": ("raise --stage-memory where it is set", LIMITED_MEMORY),
 }
 
 

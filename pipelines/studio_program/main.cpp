@@ -41,12 +41,18 @@ constexpr std::uint64_t most_model_bytes = 512 * megabyte;
 constexpr std::uint64_t most_picture_bytes = 64 * megabyte;
 constexpr const char* shipped = "shipped/";
 
+/// Whether the folder is a run's own output folder, into which nothing is written but by the run: it is only watched.
+bool is_only_watched(const fs::path& folder)
+{
+    return fs::exists(folder / "progress.jsonl") && !fs::exists(folder / ".fresco-studio");
+}
+
 class Studio
 {
   public:
     Studio(const fs::path& program, fs::path folder)
         : folder_(std::move(folder)), pictures_(program.parent_path().parent_path() / "share/fresco/pipelines/pictures"),
-          runs_(program, folder_ / ".fresco-studio")
+          only_watches_(is_only_watched(folder_)), runs_(program, only_watches_ ? fs::path() : folder_ / ".fresco-studio")
     {
         std::error_code error;
         pictures_ = fs::canonical(pictures_, error);
@@ -61,7 +67,7 @@ class Studio
 
     BodyRule body_rule(const Request& request) const
     {
-        if (request.method == "PUT" && request.path == "add")
+        if (request.method == "PUT" && request.path == "add" && !only_watches_)
             return {is_picture(name_in(request)) ? most_picture_bytes : most_model_bytes, folder_ / ".fresco-studio"};
         return {request.path == "api/thumbnail" ? megabyte : megabyte / 16, {}};
     }
@@ -70,6 +76,9 @@ class Studio
     {
         if (request.method == "GET")
             return shown(request);
+        if (only_watches_)
+            return refusal(403,
+                           "this is the folder of a run, which is only watched: start fresco studio in another folder to paint");
         if (request.method == "PUT" && request.path == "add")
             return json(Value::Map{{"name", take_in(request.upload, folder_, name_in(request))}});
         if (request.method == "PUT" && request.path == "api/thumbnail")
@@ -125,9 +134,13 @@ class Studio
             return page_part(path);
         if (path == "api/folder")
         {
-            Value value = as_value(contents_of(folder_, layouts_));
+            Contents contents = contents_of(folder_, layouts_);
+            if (only_watches_)
+                contents.scans.clear();
+            Value value = as_value(contents);
             value.set("shipped", shipped_pictures());
             value.set("folder", folder_.string());
+            value.set("only_watches", only_watches_);
             return json(value);
         }
         if (path == "api/declarations")
@@ -223,10 +236,10 @@ class Studio
     {
         const std::string id = request.query.contains("id") ? request.query.at("id") : "";
         const auto painting = runs_.find(id);
-        if (!painting)
+        if (!painting || id == "preview")
             return refusal(404, "no such painting");
         return json(Value::Map{{"text", read_text_file(runs_.folder_of(id) / "painting.yaml")},
-                               {"command", fmt::format("fresco run painting.yaml{}", id == "preview" ? " --preview" : "")},
+                               {"command", "fresco run painting.yaml --store ../../store --out out"},
                                {"folder", runs_.folder_of(id).string()}});
     }
 
@@ -285,6 +298,7 @@ class Studio
 
     fs::path folder_;
     fs::path pictures_;
+    bool only_watches_;
     Runs runs_;
     Value declarations_;
     std::vector<Layout> layouts_;
@@ -343,7 +357,7 @@ int serve(const Arguments& arguments)
     const fs::path folder = fs::canonical(arguments.folder, error);
     if (error || !fs::is_directory(folder))
         throw MissingInput(arguments.folder + ": no such folder");
-    const FileDescriptor lock = locked(folder / ".fresco-studio");
+    const FileDescriptor lock = is_only_watched(folder) ? FileDescriptor() : locked(folder / ".fresco-studio");
     const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "fresco";
     sigset_t ends;
     sigemptyset(&ends);

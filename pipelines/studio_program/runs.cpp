@@ -51,9 +51,12 @@ ProcessEnd end_of(const Process& process)
 
 Runs::Runs(fs::path program, fs::path studio) : program_(std::move(program)), studio_(std::move(studio))
 {
-    fs::create_directories(studio_ / "paintings");
-    resume();
-    tidy_store();
+    if (!studio_.empty())
+    {
+        fs::create_directories(studio_ / "paintings");
+        resume();
+        tidy_store();
+    }
     thread_ = std::thread([this] { work(); });
 }
 
@@ -69,7 +72,7 @@ Runs::~Runs()
 
 fs::path Runs::folder_of(const std::string& id) const
 {
-    if (!is_id(id))
+    if (!is_id(id) || studio_.empty())
         throw Error(id + ": not a painting");
     return studio_ / "paintings" / id;
 }
@@ -204,6 +207,8 @@ void Runs::remove(const std::string& id)
 std::vector<Painting> Runs::paintings() const
 {
     std::vector<Painting> all;
+    if (studio_.empty())
+        return all;
     for (const fs::directory_entry& entry : fs::directory_iterator(studio_ / "paintings"))
         if (const std::string id = entry.path().filename(); is_id(id) && id != "preview")
             if (auto painting = find(id))

@@ -38,7 +38,8 @@ struct Started
 class Runs
 {
   public:
-    /// `program`: fresco. `studio`: the folder for paintings and their store; created.
+    /// `program`: fresco. `studio`: the folder for paintings and their store; created. Empty: nothing can be painted, nothing is
+    /// written.
     Runs(std::filesystem::path program, std::filesystem::path studio);
     /// Ends a run that is under way; it stays resumable.
     ~Runs();

@@ -1,7 +1,7 @@
 // studio.mjs CHROMIUM FRESCO FOLDER MODEL PICTURE [SCREENSHOTS]: fresco studio as its user has it, from an empty folder on.
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { copyFileSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
+import { execFileSync, spawn } from "node:child_process";
+import { copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { Browser, seenIn, webgl } from "../browser/browser.mjs";
 
@@ -183,6 +183,10 @@ assert.equal(glb.toString("latin1", 0, 4), "glTF");
 assert.equal(glb.readUInt32LE(8), glb.length);
 await browser.click("#pipeline");
 await browser.until(`document.querySelector("dialog pre").textContent.includes("base: model.yaml")`);
+// The command as it stands finds every result in the store.
+const command = (await browser.evaluate(`document.querySelector("dialog pre").textContent`)).split("\n$ ").slice(1).join(" && ");
+const stored = execFileSync("bash", ["-c", command.replace(" fresco ", ` ${fresco} `) + " --json-log"], { encoding: "utf8" });
+assert(!stored.includes('"event":"begin"'), stored);
 await browser.click("dialog button");
 
 // Killed in the middle of a painting; the next one goes on with it.
@@ -205,10 +209,14 @@ await browser.close();
 server.process.kill("SIGTERM");
 assert.equal(await server.ended, 0);
 
-// The folder of another run is watched.
+// The folder of another run is watched, by two at once, and stays as it is.
+await served(dirname(model));
 server = await served(dirname(model));
 browser = await opened(server.address);
 await has(browser, "result");
 assert((await browser.seen()).part > 0.3);
+await shoot(browser, "watched");
+assert.equal((await fetch(`${server.address}api/paint`, { method: "POST", body: "{}" })).status, 403);
+assert(!existsSync(join(dirname(model), ".fresco-studio")));
 await browser.close();
 process.exit(0);

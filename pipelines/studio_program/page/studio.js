@@ -427,6 +427,7 @@ async function refresh() {
 async function look() {
     folder = await ask("api/folder");
     at("folder").textContent = folder.folder;
+    document.body.classList.toggle("watching", folder.only_watches);
     settings.offer([...folder.pictures, ...folder.shipped]);
     tell();
 }
@@ -554,7 +555,7 @@ function hearButtons() {
         }));
     at("pipeline").addEventListener("click", guarded(async () => {
         const { text, command, folder: place } = await ask(`api/pipeline?id=${shown}`);
-        tellMore("As a pipeline", `${text}\n$ cd ${place}\n$ ${command}`, "These lines make exactly this painting, without the studio.");
+        tellMore("As a pipeline", `${text}\n$ cd '${place.replaceAll("'", `'\\''`)}'\n$ ${command}`, "These lines make exactly this painting, without the studio.");
     }));
     window.addEventListener("focus", guarded(look));
 }

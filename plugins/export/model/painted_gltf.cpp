@@ -164,12 +164,13 @@ class GltfPainter : GltfEdit
         add_picture();
         for (const PaintedPrimitive& each : primitives_)
             paint(each);
-        forget_extension(instancing);
+        if (!uses_extension("nodes", instancing))
+            forget_extension(instancing);
         // Extensions that are not known may name textures, pictures and views by any key.
         const bool may_remove = knows_extensions();
         if (may_remove)
             remove_old_pictures();
-        if (!uses_draco())
+        if (!uses_extension("meshes", draco))
             forget_extension(draco);
         embed_images();
         if (may_remove)
@@ -240,8 +241,13 @@ class GltfPainter : GltfEdit
         Value::List& nodes = list_of(document_, "nodes");
         const std::vector<fresco::gltf::Affine> places = fresco::gltf::copies_of(file_.model, file_.model.nodes[node]);
         std::vector<std::pair<std::size_t, fresco::gltf::Affine>> copies;
-        if (extension_of(nodes[node], instancing) == nullptr)
-            return {{node, places[0]}};
+        // Copies that keep their texture coordinates share the picture.
+        if (painting_.keeps_uvs || extension_of(nodes[node], instancing) == nullptr)
+        {
+            for (const fresco::gltf::Affine& place : places)
+                copies.emplace_back(node, place);
+            return copies;
+        }
         for (const auto& [linear, origin] : places)
         {
             Value::List matrix;
@@ -249,10 +255,14 @@ class GltfPainter : GltfEdit
                 matrix.insert(matrix.end(), {linear(0, column), linear(1, column), linear(2, column), 0.0});
             matrix.insert(matrix.end(), {origin.x, origin.y, origin.z, 1.0});
             copies.emplace_back(nodes.size(), fresco::gltf::Affine{linear, origin});
-            nodes.push_back(Value::Map{{"mesh", nodes[node].at("mesh")}, {"matrix", std::move(matrix)}});
+            Value copy = Value::Map{{"mesh", nodes[node].at("mesh")}, {"matrix", std::move(matrix)}};
+            if (const Value* const weights = nodes[node].find("weights"))
+                copy.set("weights", *weights);
+            nodes.push_back(std::move(copy));
             list_of(nodes[node], "children").push_back(nodes.size() - 1);
         }
-        remove(nodes[node], "mesh");
+        for (const char* const moved : {"mesh", "weights"})
+            remove(nodes[node], moved);
         remove_extension(nodes[node], instancing);
         return copies;
     }
@@ -334,8 +344,9 @@ class GltfPainter : GltfEdit
     static void visit_variants(Value& primitive, const Visit& visit)
     {
         if (Value* const extension = extension_of(primitive, variants))
-            for (Value& mapping : extension->find("mappings")->as_list())
-                visit(*mapping.find("material"));
+            for (Value& mapping : list_of(*extension, "mappings"))
+                if (Value* const material = mapping.find("material"))
+                    visit(*material);
     }
 
     /// Counts the uses of accessors, and finds the materials of what is not painted.
@@ -627,10 +638,10 @@ class GltfPainter : GltfEdit
 
     // --- the file
 
-    bool uses_draco()
+    bool uses_extension(const char* list, std::string_view name)
     {
         bool uses = false;
-        visit_entries(list_of(document_, "meshes"), [&](const std::string& key, Value&) { uses = uses || key == draco; });
+        visit_entries(list_of(document_, list), [&](const std::string& key, Value&) { uses = uses || key == name; });
         return uses;
     }
 

@@ -366,7 +366,7 @@ class Loop
             wait_for_writing();
             if (step_ != due_step_)
                 checkpoints_.write_interrupted(state());
-            if (step_ > 0)
+            if (step_ > 0 && end_step_ == schedule_.steps())
                 run_.message(fmt::format("stopped after step {0}; stop_at_step: {0} makes that the result", step_));
             throw;
         }

@@ -85,7 +85,7 @@ class Settings {
             return { box: this.box(name, label, option.help, select), show: given => { select.value = given ?? option.default; } };
         }
         const number = element("input", { type: "number", min: option.min, max: option.max, step: option.kind === "int" ? 1 : "any" });
-        number.addEventListener("change", () => number.value !== "" && this.set(name, value(number.value)));
+        number.addEventListener("change", () => this.set(name, number.value === "" || (off && Number(number.value) === 0) ? undefined : value(number.value)));
         const box = this.box(name, label, option.help, number);
         let range = null;
         if (to || option.max <= 100) {
@@ -99,7 +99,7 @@ class Settings {
         return {
             box, show: given => {
                 const empty = given === undefined && number.placeholder;
-                number.value = empty ? "" : given ?? option.default;
+                number.value = number.defaultValue = empty ? "" : given ?? option.default;  // They differ while it is typed.
                 if (range)
                     range.value = given ?? (off ? 0 : option.default);
             },

@@ -11,10 +11,10 @@ async function ask(path, body) {
     return answer;
 }
 
-async function bytesAt(path) {
+async function bytesAt(path, gone = `${path} is not there`) {
     const response = await fetch(path);
     if (!response.ok)
-        throw new Error(`${path} is not there`);
+        throw new Error(gone);
     return response.arrayBuffer();
 }
 
@@ -23,6 +23,7 @@ const past = [];  // What was chosen before, for undo.
 const versions = new Map();  // Of thumbnails, so that a new one is fetched.
 let folder = { scans: [], pictures: [], runs: [], shipped: [] };
 let paintings = [], running = null, watched = null, seen_serial = 0, shown = null, shown_scan = null, settings = null;
+let later = false;  // Something was changed during a painting: its preview follows.
 const view = new View(at("room"));
 
 const isBusy = () => running?.care === "full";
@@ -142,10 +143,13 @@ function showProgress() {
     }));
 }
 
+/// Whether what a run makes is what is looked at: neither another scan nor an older painting.
+const isMine = run => watched === run && run.scan === chosen.scan && !run.aside;
+
 /// Shows what the run has made so far, the best of it only.
 async function showResults(run) {
     const { out } = run;
-    const mine = () => watched === run && run.scan === chosen.scan;
+    const mine = () => isMine(run);
     const photo = async () => {
         const bytes = await bytesAt(`${out}photo.glb`);
         if (!mine())
@@ -191,7 +195,7 @@ async function showResults(run) {
 
 /// The texture as it grows, on the room with the photo.
 async function showGrowth(run) {
-    if (run.care !== "full" || run.stages.get("texture")?.state !== "running" || !run.has("photo_view") || performance.now() - run.grown_at < 1500)
+    if (run.care !== "full" || !isMine(run) || run.stages.get("texture")?.state !== "running" || !run.has("photo_view") || performance.now() - run.grown_at < 1500)
         return;
     run.grown_at = performance.now();
     const response = await fetch(`${run.out}progress/texture/texture.png?optional`);
@@ -199,8 +203,10 @@ async function showGrowth(run) {
         return;
     const picture = await response.blob();
     run.photo ??= await bytesAt(`${run.out}photo.glb`);
-    if (watched === run && !run.end)
+    if (isMine(run) && !run.end) {
         await view.growing(run.photo, picture);
+        shown_scan = run.scan;
+    }
 }
 
 /// Of a run elsewhere: the newest picture of the stage that runs, and then its first GLB.
@@ -230,6 +236,8 @@ async function showElsewhere(run) {
 async function ended(run) {
     const { exit_code, canceled, error } = run.end;
     const failed = exit_code !== 0 && !canceled && run.care !== "elsewhere";
+    if (run.care === "full")  // An error of this scan stays to be read.
+        later = later && (failed ? run.scan !== chosen.scan : JSON.stringify(wordsOf(run.request ?? chosen)) !== JSON.stringify(wordsOf(chosen)));
     if (failed) {
         if (run.view && run.again && run.problems.some(problem => problem.includes("shows nothing of the mesh")))
             return paint("quick", true, false);
@@ -246,12 +254,16 @@ async function ended(run) {
     if (run.care === "quick" && run === watched && run.again)
         await paint("preview");
     if (run.care === "full") {
-        shown = run.id;
-        tell();
+        if (!later && !run.aside) {
+            shown = run.id;
+            tell();
+        }
         if (run.newest === "view")
             await saveThumbnail(run.id);
     }
 }
+
+const wordsOf = ({ scan, picture, settings: values }) => [scan, picture, Object.entries(values).sort()];
 
 async function saveThumbnail(id) {
     const picture = await view.thumbnail();
@@ -276,13 +288,15 @@ function offerFiles(run) {
 function follow({ id, care, serial, request }, again = false) {
     at("newest").hidden = true;
     const log = care === "export" ? "export" : id === "preview" ? `log${serial}` : "log";
-    watched = Object.assign(new Watch(`painting/${id}/${log}.jsonl`, `painting/${id}/out/`, care), { id, again, scan: request?.scan, view: Boolean(request?.view), began: performance.now() });
+    watched = Object.assign(new Watch(`painting/${id}/${log}.jsonl`, `painting/${id}/out/`, care), { id, again, request, scan: request?.scan, view: Boolean(request?.view), began: performance.now() });
     complain(null);
     say("");
     showProgress();
 }
 
 async function paint(care, again = false, in_sight = shown_scan === chosen.scan && ["photo", "painting"].includes(view.has)) {
+    if (isBusy())
+        later = care !== "full" || later;
     if (!chosen.scan || !chosen.picture || isBusy())
         return;
     const request = { scan: chosen.scan, picture: chosen.picture, settings: chosen.settings, care, ...(care === "quick" && in_sight ? { view: view.sight } : {}) };
@@ -299,6 +313,8 @@ let waiting = 0;
 /// A first look soon, which sharpens by itself.
 function preview() {
     clearTimeout(waiting);
+    if (watched)
+        watched.aside = false;
     say("");
     complain(null);
     waiting = setTimeout(guarded(() => paint("quick", true)), 200);
@@ -333,11 +349,14 @@ async function open(painting) {
         follow(running);
     else if (!isBusy())
         watched = null;
+    else if (watched)
+        watched.aside = true;
+    later = false;
     complain(painting.state === "failed" ? "This painting failed; Paint tries again." : null);
     tell();
     if (painting.state === "done") {
         const out = `painting/${painting.id}/out/`;
-        const bytes = await bytesAt(`${out}view.glb`);
+        const bytes = await bytesAt(`${out}view.glb`, "The results of this painting are gone; Paint makes them again.");
         if (shown !== painting.id)
             return;
         await view.painted(bytes, () => bytesAt(`${out}photo.glb`));
@@ -374,7 +393,7 @@ function tell() {
     at("mixing").hidden = view.has !== "painting";
     for (const mode of ["walk", "orbit"])
         at(mode).setAttribute("aria-pressed", at("room").dataset.mode === mode && view.has !== "nothing");
-    at("badge").textContent = { nothing: "", mesh: "mesh", photo: watched?.run ? "result" : "photo" }[view.has] ?? (watched && !watched.end && watched.photo ? "as it grows" : shown === "preview" ? "preview" : shown ? `painting ${Number(shown)}` : "");
+    at("badge").textContent = { nothing: "", mesh: "mesh", photo: watched?.run ? "result" : "photo" }[view.has] ?? (watched?.photo && !watched.end && isMine(watched) ? "as it grows" : shown === "preview" ? "preview" : shown ? `painting ${Number(shown)}` : "");
     at("paint").disabled = !chosen.scan || !chosen.picture || isBusy();
     at("hint").textContent = isBusy() ? "Changes show when the painting is done." : "Changes show as a preview first.";
     at("undo").disabled = !past.length;
@@ -435,6 +454,10 @@ async function look() {
 async function step() {
     await refresh();
     const run = watched;
+    if (later && !running && (run?.care !== "full" || run.over)) {
+        later = false;
+        preview();
+    }
     if (!run || run.over)
         return;
     await run.poll();
@@ -528,12 +551,13 @@ function hearKeys() {
         "[": () => mix(Number(at("mix").value) - 0.1), "]": () => mix(Number(at("mix").value) + 0.1),
     };
     document.addEventListener("keydown", event => {
-        const typing = event.target.matches("input[type=number], select, textarea") || at("dialog").open;
-        if (event.key === "z" && (event.ctrlKey || event.metaKey) && !typing) {
+        const typing = event.target.matches("input[type=number], select") || at("dialog").open;
+        const types = at("dialog").open || (event.target.type === "number" && event.target.value !== event.target.defaultValue);
+        if (event.key.toLowerCase() === "z" && !event.shiftKey && (event.ctrlKey || event.metaKey) && !types) {
             event.preventDefault();
             undo();
         } else if (!event.ctrlKey && !event.metaKey && !event.altKey && !typing)
-            actions[event.key]?.();
+            (actions[event.key] ?? actions[event.key.toLowerCase()])?.();
     });
 }
 
@@ -571,6 +595,7 @@ async function begin() {
     if (!chosen.picture)
         chosen.picture = folder.shipped[0] ?? folder.pictures[0] ?? null;
     const newest = paintings.find(({ state }) => state === "done");
+    live();
     if (!running && folder.runs.includes("."))
         watchRun(".");
     else if (!running && newest)
@@ -578,7 +603,6 @@ async function begin() {
     else if (!running && folder.scans.length === 1)
         choose({ scan: folder.scans[0].name });
     tell();
-    live();
 }
 
 guarded(begin)();

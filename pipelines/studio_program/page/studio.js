@@ -299,6 +299,7 @@ async function paint(care, again = false, in_sight = shown_scan === chosen.scan 
         later = care !== "full" || later;
     if (!chosen.scan || !chosen.picture || isBusy())
         return;
+    complain(null);
     const request = { scan: chosen.scan, picture: chosen.picture, settings: chosen.settings, care, ...(care === "quick" && in_sight ? { view: view.sight } : {}) };
     const { id, serial } = await ask("api/paint", request);
     seen_serial = serial;

@@ -50,9 +50,9 @@ bool is_only_watched(const fs::path& folder)
 class Studio
 {
   public:
-    Studio(const fs::path& program, fs::path folder)
+    Studio(const fs::path& program, fs::path folder, bool only_watches)
         : folder_(std::move(folder)), pictures_(program.parent_path().parent_path() / "share/fresco/pipelines/pictures"),
-          only_watches_(is_only_watched(folder_)), runs_(program, only_watches_ ? fs::path() : folder_ / ".fresco-studio")
+          only_watches_(only_watches), runs_(program, only_watches ? fs::path() : folder_ / ".fresco-studio")
     {
         std::error_code error;
         pictures_ = fs::canonical(pictures_, error);
@@ -357,14 +357,15 @@ int serve(const Arguments& arguments)
     const fs::path folder = fs::canonical(arguments.folder, error);
     if (error || !fs::is_directory(folder))
         throw MissingInput(arguments.folder + ": no such folder");
-    const FileDescriptor lock = is_only_watched(folder) ? FileDescriptor() : locked(folder / ".fresco-studio");
+    const bool only_watches = is_only_watched(folder);
+    const FileDescriptor lock = only_watches ? FileDescriptor() : locked(folder / ".fresco-studio");
     const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "fresco";
     sigset_t ends;
     sigemptyset(&ends);
     for (const int number : {SIGINT, SIGTERM, SIGHUP})
         sigaddset(&ends, number);
     pthread_sigmask(SIG_BLOCK, &ends, nullptr);
-    Studio studio(program, folder);
+    Studio studio(program, folder, only_watches);
     Server server({.host = arguments.host,
                    .port = static_cast<std::uint16_t>(arguments.port),
                    .token = random_token(),

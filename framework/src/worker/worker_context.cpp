@@ -284,6 +284,12 @@ void WorkerContext::take_over_checkpoint() const
             std::error_code error;
             fs::copy(store_.checkpoint(key), store_.checkpoint(key_),
                      fs::copy_options::recursive | fs::copy_options::create_hard_links, error);
+            if (error)
+            {
+                channel_.send("message",
+                              {{"text", "begins again: the checkpoint of the whole run cannot be linked: " + error.message()}});
+                return store_.drop_checkpoint(key_);
+            }
             fs::copy_file(store_.checkpoint_file(key, ".curves"), store_.checkpoint_file(key_, ".curves"), error);
         });
 }

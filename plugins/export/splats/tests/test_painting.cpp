@@ -44,9 +44,9 @@ double difference(const RasterF& a, const RasterF& b)
     return 255 * sum / static_cast<double>(a.values.size());
 }
 
-RasterF picture(const splats::Splats& splats)
+RasterF picture(const splats::Splats& splats, const Camera& from = camera())
 {
-    return render_splats(splats, camera(), 0.1, testing::TestRun()).color;
+    return render_splats(splats, from, 0.1, testing::TestRun()).color;
 }
 
 RasterF mesh_picture(const TexturedMesh& textured)
@@ -127,6 +127,28 @@ TEST_CASE("Large Gaussians are split along the surface, and the picture stays as
     const double brightness = difference(before, RasterF(before.width, before.height, 3));
     CHECK(brightness > 5);
     CHECK(difference(before, after) < 0.15 * brightness);
+}
+
+TEST_CASE("A painting that is turned over, with its parts, looks the same to a camera that turned along")
+{
+    splats::Splats splats;
+    for (int i = 0; i < 12; ++i)
+    {
+        const double turn = 0.4 * i;
+        add(splats, {0.05F * static_cast<float>(i % 4 - 2), 0.06F * static_cast<float>(i / 4 - 1), 1},
+            {0.01F + 0.004F * static_cast<float>(i), 0.01F, 0.004F}, 0.7F,
+            {static_cast<float>(std::cos(turn)), static_cast<float>(0.48 * std::sin(turn)),
+             static_cast<float>(0.6 * std::sin(turn)), static_cast<float>(0.64 * std::sin(turn))});
+    }
+    Painting painting = paint(splats, wall(), {.stroke_m = stroke_m}, testing::TestRun());
+    CHECK(painting.split > 3);
+    CHECK(painting.split < splats.size());
+    const RasterF before = picture(painted(splats, painting));
+    export_splats::turn_over(splats, painting.splats);
+    Camera turned = camera();
+    turned.world_from_camera.rotation = {{1, 0, 0, 0, -1, 0, 0, 0, -1}};
+    CHECK(difference(before, RasterF(before.width, before.height, 3)) > 2);
+    CHECK(difference(before, picture(painted(splats, painting), turned)) < 0.01);
 }
 
 TEST_CASE("A covered wall looks as the painted mesh does")

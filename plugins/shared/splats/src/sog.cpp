@@ -112,7 +112,7 @@ SplatFile parse_sog(std::string_view meta, const SogFile& file, std::size_t tota
     if (value.find("version") == nullptr && value.find("means") != nullptr)
         throw Error(source + ": is SOG 1; \"splat-transform meta.json OUT.sog\" makes SOG 2 of it");
     if (root["version"].integer() != 2)
-        root.fail("version", "expected 2");
+        root.fail("version", "expected 2; \"splat-transform IN.sog OUT.ply\" makes a PLY of it");
     // A real one has 10 bytes a Gaussian.
     const auto count = static_cast<std::size_t>(root["count"].integer(1, 1'000'000'000));
     if (count > total_bytes)

@@ -119,7 +119,7 @@ SplatFile parse_splats(std::span<const std::byte> bytes, const std::string& sour
         return parse_ply(bytes, source);
     if (is_spz(bytes))
         return parse_spz(bytes, source);
-    if (text.starts_with("PK"))
+    if (text.starts_with("PK\3\4"))
     {
         const ZipReader zip(bytes, source);
         if (!zip.contains(std::string(meta_name)))

@@ -100,7 +100,9 @@ SpzContents begun(Bytes start, std::size_t file_bytes, const std::string& source
     spz.fraction_bits = value_at<std::uint8_t>(start, 13);
     spz.flags = value_at<std::uint8_t>(start, 14);
     if (spz.version < 2 || spz.version > 4)
-        throw Error(fmt::format("{}: is SPZ {}; fresco reads 2, 3 and 4", source, spz.version));
+        throw Error(fmt::format("{}: is SPZ {}; fresco reads 2, 3 and 4; \"spz_to_ply IN.spz OUT.ply\", which comes with "
+                                "Niantic's spz, makes a PLY of it",
+                                source, spz.version));
     if (spz.degree > 4 || spz.fraction_bits > 24)
         refuse(source, fmt::format("its header has harmonics of degree {} and {} bits of fractions; expected at most 4 and 24",
                                    spz.degree, spz.fraction_bits));
@@ -291,8 +293,9 @@ SpzContents spz_of(const Splats& splats)
 
 bool is_spz(Bytes bytes)
 {
-    return bytes.size() >= legacy_header &&
-           (value_at<std::uint16_t>(bytes, 0) == 0x8b1f || std::memcmp(bytes.data(), magic.data(), magic.size()) == 0);
+    // Of gzip: its mark, the only method, and flags of which three bits are reserved.
+    return bytes.size() >= legacy_header && ((value_at<std::uint32_t>(bytes, 0) & 0xe0ffffffU) == 0x00088b1f ||
+                                             std::memcmp(bytes.data(), magic.data(), magic.size()) == 0);
 }
 
 SpzContents unpacked_spz(Bytes bytes, const std::string& source)

@@ -54,6 +54,14 @@ assert [tuple(i.size) for i in bpy.data.images if i.size[0]] == [(512, 512)]
 rows, _ = imported("small.glb", gltf)
 same("small.glb", z_up(rows), expected, 1e-5)
 assert [tuple(i.size) for i in bpy.data.images if i.size[0]] == [(128, 128)]
+# A model that was painted is the model that it was; its materials show the picture by the second set where there is one.
+for name, sets, materials in (("keep.glb", 1, 1), ("second.glb", 2, 1), ("several.glb", 2, 2)):
+    rows, mesh = imported(name, gltf)
+    same(name, z_up(rows), expected, 1e-5)
+    assert (len(mesh.uv_layers), len(mesh.materials)) == (sets, materials), name
+    for material in mesh.materials:
+        maps = [node.uv_map for node in material.node_tree.nodes if node.type == "UVMAP"]
+        assert sets == 1 or maps == [mesh.uv_layers[1].name], f"{name}: {material.name} goes by {maps}"
 # With up: z the world stands in Blender as it was written.
 same("lit.glb", imported("lit.glb", gltf)[0], expected, 1e-5)
 # A relief comes with its normals and roughness, and changes nothing else.

@@ -33,18 +33,42 @@ stages:
 YAML
 "$fresco" run "$work/room.yaml" --store "$work/store" --out "$work/out"
 
-# The same room as a model of its own, its colors put back by its own texture coordinates and by a second set.
-for uvs in keep second; do
-    cat >"$work/$uvs.yaml" <<YAML
+# The same room as a model of its own, its colors put back by its own texture coordinates and by a second set; with two materials, too.
+cat >"$work/split.py" <<'PYTHON'
+import json
+import struct
+import sys
+
+data = open(sys.argv[1], "rb").read()
+(size,) = struct.unpack_from("<I", data, 12)
+document, binary = json.loads(data[20:20 + size]), data[20 + size:]
+(primitive,) = document["meshes"][0]["primitives"]
+indices = document["accessors"][primitive["indices"]]
+half = indices["count"] // 6 * 3
+offset = indices.get("byteOffset", 0) + half * {5123: 2, 5125: 4}[indices["componentType"]]
+document["accessors"].append({**indices, "count": indices["count"] - half, "byteOffset": offset})
+indices["count"] = half
+document["materials"].append({**document["materials"][0], "name": "other"})
+document["meshes"][0]["primitives"].append({**primitive, "indices": len(document["accessors"]) - 1, "material": 1})
+text = json.dumps(document).encode()
+text += b" " * (-len(text) % 4)
+with open(sys.argv[2], "wb") as file:
+    file.write(struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(binary), len(text), b"JSON") + text + binary)
+PYTHON
+python3 "$work/split.py" "$work/out/plain.glb" "$work/out/two_materials.glb"
+for name in keep second several; do
+    model=plain uvs=$name
+    [ $name != several ] || model=two_materials uvs=second
+    cat >"$work/$name.yaml" <<YAML
 version: 1
 stages:
-  scan: {type: scan.mesh, path: out/plain.glb}
+  scan: {type: scan.mesh, path: out/$model.glb}
   atlas: {type: atlas.model, input: {mesh: scan}, uvs: $uvs, size_px: 1024}
   photo: {type: texture.from_model, input: {model: scan, mesh: atlas}}
   bake: {type: texture.bake, input: {texture: photo, mesh: atlas}}
-  glb: {type: export.model, input: {textured_mesh: bake, model: scan}, file: out/plain.glb, path: $uvs, uvs: $uvs}
+  glb: {type: export.model, input: {textured_mesh: bake, model: scan}, file: out/$model.glb, path: $name, uvs: $uvs}
 YAML
-    "$fresco" run "$work/$uvs.yaml" --store "$work/store" --out "$work/out"
+    "$fresco" run "$work/$name.yaml" --store "$work/store" --out "$work/out"
 done
 
 cp "$source"/tests/gltf_validator/* "$work/"
@@ -68,7 +92,7 @@ if [ -n "$chromium" ]; then
     (cd "$work" && npm pack --loglevel=error iwer@2.5.0 >/dev/null && mkdir headset && tar -xzf iwer-*.tgz -C headset)
     timeout 600 node "$source/tests/exports/vr.mjs" "$chromium" "$work/out/room.html" "$work/headset/package/build/iwer.min.js"
     (cd "$work" && npm pack --loglevel=error three@0.170.0 >/dev/null && mkdir three && tar -xzf three-*.tgz -C three)
-    timeout 600 node "$source/tests/exports/three.mjs" "$chromium" "$work/three" "$work"/out/{plain,keep,second}.glb
+    timeout 600 node "$source/tests/exports/three.mjs" "$chromium" "$work/three" "$work"/out/{plain,keep,second,several}.glb
 else
     skip "the pages of the room in a browser: there is no chromium"
 fi

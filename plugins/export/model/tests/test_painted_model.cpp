@@ -151,6 +151,54 @@ TEST_CASE("A second set of texcoords: corners and triangles stay, vertices are c
     CHECK(after.model.bufferViews.size() == 6 * 4 + 1);
 }
 
+TEST_CASE("Skins and morph targets follow where vertices are copied")
+{
+    Painted test;
+    model_samples::GltfSample sample;
+    using List = Value::List;
+    using Map = Value::Map;
+    const auto floats = [&](const std::vector<float>& values, const char* type)
+    { return sample.add_accessor(values, type, 5126, 4); };
+    const Map attributes{
+        {"POSITION", floats({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, "VEC3")},
+        {"JOINTS_0",
+         sample.add_accessor(std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0}, "VEC4", 5121, 4)},
+        {"WEIGHTS_0", floats({1, 0, 0, 0, 1, 0, 0, 0, 0.25F, 0.75F, 0, 0, 0.5F, 0.5F, 0, 0}, "VEC4")}};
+    const Map bulge{{"POSITION", floats({0, 0, 0, 0, 0, 1, 0, 0, 2, 0, 0, 3}, "VEC3")}};
+    const int indices = sample.add_accessor(std::vector<std::uint16_t>{0, 1, 2, 0, 2, 3}, "SCALAR", 5123, 6);
+    sample.rest.set(
+        "meshes",
+        List{Map{{"weights", List{0.5}},
+                 {"primitives",
+                  List{Map{{"attributes", attributes}, {"indices", indices}, {"material", 0}, {"targets", List{bulge}}}}}}});
+    sample.rest.set("materials", List{Map{{"name", "cloth"}}});
+    sample.rest.set("nodes", List{Map{{"mesh", 0}, {"skin", 0}}, Map{{"name", "hip"}}, Map{{"name", "knee"}}});
+    sample.rest.set("skins", List{Map{{"joints", List{1, 2}}}});
+    sample.rest.set("scenes", List{Map{{"nodes", List{0, 1, 2}}}});
+    const auto file = test.path() / "figure.glb";
+    write_file(file, sample.glb());
+
+    const auto before = gltf::load_gltf(read_file(file), {});
+    const PaintedFiles result = painted_gltf(file, test.painting(atlas_of(1, {0})));
+    CHECK(result.vertices_added == 2);
+    const auto after = loaded(result.files[0].second);
+    for (const char* const name : {"POSITION", "JOINTS_0", "WEIGHTS_0"})
+        CHECK(at_corners(after, 0, 0, name) == at_corners(before, 0, 0, name));
+    const auto bulged = [](const gltf::GltfFile& model)
+    {
+        const auto& primitive = model.model.meshes[0].primitives[0];
+        const auto rows = gltf::accessor_rows(model.model, primitive.targets.at(0).at("POSITION"), 1, 16);
+        std::vector<double> heights;
+        for (const std::uint32_t v : gltf::triangle_indices(model.model, primitive.indices, primitive.mode, rows.count))
+            heights.push_back(rows.at(v, 2));
+        return heights;
+    };
+    CHECK(bulged(after) == std::vector<double>{0, 1, 2, 0, 2, 3});
+    CHECK(after.document.at("skins") == before.document.at("skins"));
+    CHECK(after.model.nodes[0].skin == 0);
+    CHECK(after.model.meshes[0].weights == std::vector<double>{0.5});
+}
+
 TEST_CASE("With its own texcoords, a model keeps every byte but its picture")
 {
     Painted test;

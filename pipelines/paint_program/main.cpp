@@ -112,6 +112,9 @@ void resolve(Arguments& arguments)
                                              : "--weights is for --stylemesh");
     if (arguments.stylemesh)
         resolved(settings.weights);
+    for (auto& [key, value] : settings.chosen.as_map())
+        if (arguments.stylemesh && key == "texture.stroke_cm")
+            key = "strokes.stroke_cm";  // These strokes are laid over its texture.
     if (arguments.out.empty())
         arguments.out = "out/" + (fs::is_directory(settings.scan) ? settings.scan.filename() : settings.scan.stem()).string() +
                         (settings.pictures.size() == 1 ? "-" + settings.pictures.front().stem().string() : "");

@@ -236,10 +236,12 @@ class Writer
 
     void add_painting()
     {
-        const std::string options = options_of("texture");
+        const std::string options = options_of("texture"), strokes = options_of("strokes");
         if (!options.empty())
-            add("  {}: {{{}}}", settings_.weights.empty() ? "texture" : "strokes", options);
-        else if (settings_.weights.empty())
+            add("  texture: {{{}}}", options);
+        if (!strokes.empty())
+            add("  strokes: {{{}}}", strokes);
+        else if (options.empty() && settings_.weights.empty())
             add("  # Wider strokes: texture: {{stroke_cm: 6}}. All options: fresco describe texture.synthesize");
         if (large_)
             add("  bake: {{size_px: {}}}", size_px());
@@ -277,6 +279,9 @@ class Writer
 
     void add_views()
     {
+        if (settings_.for_page && frames_ == "frames")
+            add("  strokes: ~\n  strokes_bake: ~\n  strokes_glb: ~\n"
+                "  photo: {{type: texture.from_frames, input: {{uvmaps: uvmaps, frames: frames}}}}");
         if (settings_.for_page)
             add("  # For the page: the mesh, with the photo, painted.\n"
                 "  mesh_view: {{type: export.gltf, input: {{mesh: mesh{0}, path: mesh.glb}}\n"
@@ -349,8 +354,8 @@ void check_chosen(const Value& chosen)
     for (const auto& [key, value] : chosen.as_map())
     {
         const std::size_t dot = std::min(key.find('.'), key.size() - 1);
-        const bool is_option = is_among(key.substr(0, dot), {"texture", "atlas", "relief"}) && is_name(key.substr(dot + 1)) &&
-                               (value.is_number() || value.is_bool() || value.is_string());
+        const bool is_option = is_among(key.substr(0, dot), {"texture", "strokes", "atlas", "relief"}) &&
+                               is_name(key.substr(dot + 1)) && (value.is_number() || value.is_bool() || value.is_string());
         const bool is_strength = (key == "strength.color" || key == "strength.strokes") && value.is_number();
         const bool is_keep = key == "keep" && value.is_list() && !value.as_list().empty() &&
                              std::ranges::all_of(value.as_list(), [](const Value& region)
@@ -379,6 +384,15 @@ std::pair<std::string, std::string> export_text(const Settings& settings, ScanKi
 std::string look_text(const Settings& settings, ScanKind kind, const Value& view)
 {
     return Writer(settings, kind).take_look(view);
+}
+
+std::string stopped_at(std::string text, std::int64_t step)
+{
+    constexpr std::string_view stages = "\nstages:\n";
+    const std::string option = fmt::format("stop_at_step: {}", step);
+    if (const std::size_t begin = text.find("\n  texture: {"); begin != std::string::npos)
+        return text.insert(text.find('\n', begin + 1) - 1, ", " + option);
+    return text.insert(text.find(stages) + stages.size(), "  texture: {" + option + "}\n");
 }
 
 std::string with_heading(const std::string& text, const std::string& command)

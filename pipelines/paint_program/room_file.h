@@ -34,7 +34,8 @@ struct Settings
 {
     std::filesystem::path scan;
     std::vector<std::filesystem::path> pictures;  ///< At least one. Several: the axis `picture` of a matrix.
-    /// {"texture.stroke_cm": 6}: options of the stages texture, atlas and relief, the last of which is added for them; and
+    /// {"texture.stroke_cm": 6}: options of the stages texture, atlas, relief, which is added for them, and strokes, which lays
+    /// brush strokes over StyleMesh's texture; and
     /// "strength.color" and "strength.strokes" (0: photo, 1: painting), "keep" (regions of regions.planes that stay as
     /// photographed), "walls" (another picture for walls and ceiling). Above 4096, "atlas.size_px" copies the picture's own
     /// detail.
@@ -58,6 +59,9 @@ std::pair<std::string, std::string> export_text(const Settings& settings, ScanKi
 
 /// A file that extends "painting.yaml" and paints quickly what mesh.in_view sees with these options.
 std::string look_text(const Settings& settings, ScanKind kind, const Value& view);
+
+/// A pipeline_text whose StyleMesh ends after this step, as if the step had been chosen: "texture.stop_at_step".
+std::string stopped_at(std::string text, std::int64_t step);
 
 /// The text with a heading that has its hash, so that editing shows. `command`: runs the file.
 std::string with_heading(const std::string& text, const std::string& command);

@@ -24,6 +24,7 @@ constexpr int deepest = 3;
 constexpr std::size_t most_entries = 20'000;
 constexpr std::size_t most_entries_of_a_mark = 2000;
 const std::set<std::string> picture_extensions{".jpg", ".jpeg", ".png", ".webp", ".avif", ".heic", ".bmp"};
+const std::set<std::string> weights_extensions{".safetensors", ".pth", ".pt"};
 const std::set<std::string> model_extensions{".glb", ".gltf", ".obj", ".ply", ".splat", ".spz", ".sog"};
 
 /// Names in a folder, without hidden ones, sorted; `budget` falls by their number.
@@ -155,6 +156,8 @@ class Search
                 folders.push_back(entry);
             else if (is_picture(entry) && layout == layouts_.end())
                 contents.pictures.push_back(name_of(entry));
+            else if (weights_extensions.contains(lower_extension(entry)))
+                contents.weights.push_back(name_of(entry));
             else if (const std::string extension = lower_extension(entry); is_model(entry) && layout == layouts_.end())
                 contents.scans.push_back({name_of(entry), paint::kind_of(entry), {}, {}});
             else

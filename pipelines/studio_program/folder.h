@@ -38,6 +38,7 @@ struct Contents
 {
     std::vector<Scan> scans;
     std::vector<std::string> pictures;  ///< Relative to the folder.
+    std::vector<std::string> weights;   ///< Files that may hold a network's weights, by their names.
     std::vector<std::string> runs;      ///< Output folders with a progress.jsonl.
     bool is_cut = false;                ///< There was more than this program looks at.
 };

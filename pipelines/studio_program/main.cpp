@@ -21,6 +21,8 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fstream>
+#include <map>
+#include <mutex>
 #include <sys/file.h>
 #include <sys/wait.h>
 #include <thread>
@@ -39,7 +41,10 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t megabyte = std::uint64_t{1} << 20U;
 constexpr std::uint64_t most_model_bytes = 512 * megabyte;
 constexpr std::uint64_t most_picture_bytes = 64 * megabyte;
+constexpr std::uint64_t most_weights_bytes = 600 * megabyte;  // The whole VGG-19 has 548 MB.
 constexpr const char* shipped = "shipped/";
+constexpr const char* no_weights = "none";  // Exports need no weights.
+constexpr const char* stylemesh = "texture.optimize";
 
 /// Whether the folder is a run's own output folder, into which nothing is written but by the run: it is only watched.
 bool is_only_watched(const fs::path& folder)
@@ -50,19 +55,22 @@ bool is_only_watched(const fs::path& folder)
 class Studio
 {
   public:
-    Studio(const fs::path& program, fs::path folder, bool only_watches)
+    Studio(const fs::path& program, fs::path folder, bool only_watches, const std::string& weights)
         : folder_(std::move(folder)), pictures_(program.parent_path().parent_path() / "share/fresco/pipelines/pictures"),
-          only_watches_(only_watches), runs_(program, only_watches ? fs::path() : folder_ / ".fresco-studio")
+          only_watches_(only_watches), runs_(program, only_watches ? fs::path() : folder_ / ".fresco-studio"),
+          given_weights_(weights.empty() ? fs::path() : fs::absolute(weights))
     {
         std::error_code error;
         pictures_ = fs::canonical(pictures_, error);
         declarations_ = Value::Map{};
         for (const char* type : {"texture.synthesize", "atlas.project", "texture.relief", "texture.mix"})
-            declarations_.set(type, parse_json(runs_.answer_of({"describe", type, "--json"}), type));
+            declare(type);
         const Value types = parse_json(runs_.answer_of({"stages", "--json"}), "stages");
         for (const Value& type : types.at("types").as_list())
             if (type.at("kind").as_string() == "layout")
                 add_layout(type.at("type").as_string());
+            else if (type.at("type").as_string() == stylemesh)
+                declare(stylemesh);
     }
 
     BodyRule body_rule(const Request& request) const
@@ -97,6 +105,8 @@ class Studio
         const auto name = request.query.find("name");
         return name == request.query.end() ? "" : fs::path(name->second).filename().string();
     }
+
+    void declare(const char* type) { declarations_.set(type, parse_json(runs_.answer_of({"describe", type, "--json"}), type)); }
 
     void add_layout(const std::string& type)
     {
@@ -147,6 +157,11 @@ class Studio
             return json(declarations_);
         if (path == "api/state")
             return json(state());
+        if (path == "api/stylemesh")
+        {
+            const Network found = network();
+            return json(Value::Map{{"weights", found.weights.string()}, {"lack", found.lack}});
+        }
         if (path == "api/pipeline")
             return as_pipeline(request);
         if (path.starts_with("picture/"))
@@ -164,7 +179,10 @@ class Studio
         if (path == "api/paint")
         {
             place.has_only({"scan", "picture", "settings", "care", "view"});
-            return started(runs_.paint(settings_of(body), body, place["care"].text()));
+            const paint::Settings settings = settings_of(body);
+            if (settings.weights == no_weights)
+                throw Error(network().lack);
+            return started(runs_.paint(settings, body, place["care"].text()));
         }
         if (path == "api/take")
         {
@@ -176,6 +194,8 @@ class Studio
         }
         if (path == "api/cancel")
             runs_.cancel();
+        else if (path == "api/keep")
+            runs_.keep();
         else if (path == "api/delete")
             runs_.remove(place["id"].text());
         else
@@ -227,6 +247,15 @@ class Studio
                                  .pictures = {existing(picture(style), style)},
                                  .chosen = place["settings"].value(),
                                  .for_page = true};
+        if (const Value* method = settings.chosen.find("method"))
+        {
+            if (method->as_string() != "stylemesh")
+                throw Error("method: expected stylemesh, or none for brush strokes");
+            std::erase_if(settings.chosen.as_map(), [](const Value::Entry& entry) { return entry.first == "method"; });
+            settings.weights = network().weights;
+            if (settings.weights.empty())
+                settings.weights = no_weights;
+        }
         if (const Value* walls = settings.chosen.find("walls"))
             settings.chosen.set("walls", existing(picture(walls->as_string()), walls->as_string()).string());
         return settings;
@@ -296,10 +325,66 @@ class Studio
         return json(Value::Map{});
     }
 
+    /// VGG-19 for StyleMesh; `lack`: why it cannot be painted with, empty if it can.
+    struct Network
+    {
+        fs::path weights{};
+        std::string lack{};
+    };
+
+    Network network() const
+    {
+        if (declarations_.find(stylemesh) == nullptr)
+            return {{}, "StyleMesh needs libtorch, without which this fresco was built (sdk/docs/building.md)"};
+        std::vector<fs::path> files{given_weights_};
+        if (given_weights_.empty())
+        {
+            files.clear();
+            for (const std::string& name : contents_of(folder_, layouts_).weights)
+                if (fs::file_size(folder_ / name) <= most_weights_bytes)
+                    files.push_back(folder_ / name);
+        }
+        std::string lack =
+            "StyleMesh needs weights of VGG-19: start fresco studio with --weights FILE, or put the file into this "
+            "folder; fresco weights get vgg19 downloads it";
+        for (const fs::path& file : files)
+        {
+            const std::string fault = fault_of(file);
+            if (fault.empty())
+                return {file, {}};
+            lack = "StyleMesh needs weights of VGG-19 up to conv5_1, as fresco weights get vgg19 downloads them; " + fault;
+        }
+        return {{}, lack};
+    }
+
+    /// Why a file cannot serve as weights; empty if it can. Files are read once.
+    std::string fault_of(const fs::path& file) const
+    {
+        const std::lock_guard lock(inspecting_);
+        std::error_code error;
+        const auto& [entry, is_new] = faults_.try_emplace({file, fs::last_write_time(file, error)});
+        if (is_new)
+            try
+            {
+                const std::string told = runs_.answer_of({"weights", "inspect", file});
+                const std::size_t end = told.find(" to conv");
+                if (end == std::string::npos || told.compare(end + 8, 3, "5_1") < 0)
+                    entry->second = file.filename().string() + " ends at " + told.substr(std::min(end + 4, told.size()), 7);
+            }
+            catch (const Error& fault)
+            {
+                entry->second = fault.what();
+            }
+        return entry->second;
+    }
+
     fs::path folder_;
     fs::path pictures_;
     bool only_watches_;
     Runs runs_;
+    fs::path given_weights_;
+    mutable std::mutex inspecting_;
+    mutable std::map<std::pair<fs::path, fs::file_time_type>, std::string> faults_;  ///< By file and time of its last change.
     Value declarations_;
     std::vector<Layout> layouts_;
 };
@@ -310,6 +395,7 @@ struct Arguments
     std::string host = "127.0.0.1";
     int port = 0;
     bool no_browser = false;
+    std::string weights;
 };
 
 /// One studio per folder: a second would paint over the first one's paintings.
@@ -357,6 +443,8 @@ int serve(const Arguments& arguments)
     const fs::path folder = fs::canonical(arguments.folder, error);
     if (error || !fs::is_directory(folder))
         throw MissingInput(arguments.folder + ": no such folder");
+    if (!arguments.weights.empty() && !fs::is_regular_file(arguments.weights))
+        throw MissingInput(arguments.weights + ": no such file");
     const bool only_watches = is_only_watched(folder);
     const FileDescriptor lock = only_watches ? FileDescriptor() : locked(folder / ".fresco-studio");
     const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "fresco";
@@ -365,7 +453,7 @@ int serve(const Arguments& arguments)
     for (const int number : {SIGINT, SIGTERM, SIGHUP})
         sigaddset(&ends, number);
     pthread_sigmask(SIG_BLOCK, &ends, nullptr);
-    Studio studio(program, folder, only_watches);
+    Studio studio(program, folder, only_watches, arguments.weights);
     Server server({.host = arguments.host,
                    .port = static_cast<std::uint16_t>(arguments.port),
                    .token = random_token(),
@@ -405,6 +493,8 @@ int main(int argc, char** argv)
     app.add_option("--host", arguments.host,
                    "Address of this machine to serve at; any but 127.0.0.1 lets in anyone who has the page's address")
         ->capture_default_str();
+    app.add_option("--weights", arguments.weights,
+                   "StyleMesh's VGG-19 (fresco weights get vgg19 downloads it); without: a file of weights in the folder");
     app.add_flag("--no-browser", arguments.no_browser, "Only print the address");
     return paint::run_command(app, argc, argv, [&] { return serve(arguments); });
 }

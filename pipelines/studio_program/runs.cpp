@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cinttypes>
 #include <csignal>
+#include <cstdio>
 #include <fmt/format.h>
 #include <fstream>
 #include <poll.h>
@@ -19,6 +21,8 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds time_to_end(8);
+constexpr std::chrono::seconds time_to_keep(300);  // A step and a checkpoint of some hundred megabytes.
+constexpr const char* stop_option = "texture.stop_at_step";
 
 bool is_id(const std::string& id)
 {
@@ -46,6 +50,44 @@ ProcessEnd end_of(const Process& process)
     while (!take_group_end(process.pid, end))
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     return end;
+}
+
+/// Follows the events of a run to know where StyleMesh is.
+struct Optimization
+{
+    std::int64_t steps = 0;       ///< Done; 0: it has not begun, or it has ended.
+    std::int64_t stopped_at = 0;  ///< The step that it was stopped after.
+
+    void hear(const std::string& line)
+    {
+        if (!line.starts_with('{') || line.find("\"stage\":\"texture\"") == std::string::npos)
+            return;
+        const Value event = parse_json(line, "an event of fresco run");
+        const std::string& name = event.at("event").as_string();
+        if (name == "progress" && event.at("unit").as_string() == "steps")
+            steps = static_cast<std::int64_t>(event.at("done").as_double());
+        else if (name == "end")
+            steps = 0;
+        else if (name == "message")
+            std::sscanf(event.at("text").as_string().c_str(), "stopped after step %" SCNd64 ";", &stopped_at);
+    }
+};
+
+/// The step after which a painting ends; null: it makes all.
+const Value* stop_of(const Value& request)
+{
+    const Value* settings = request.find("settings");
+    return settings != nullptr ? settings->find(stop_option) : nullptr;
+}
+
+void stop_at(const fs::path& painting, std::int64_t step)
+{
+    Value request = parse_json(read_text_file(painting / "painting.json"), "painting.json");
+    request.find("settings")->set(stop_option, step);
+    write_durable_file(painting / "painting.json", to_json(request));
+    const std::string text = read_text_file(painting / "painting.yaml");
+    if (text.find("stop_at_step: ") == std::string::npos)
+        write_durable_file(painting / "painting.yaml", paint::stopped_at(text, step));
 }
 }  // namespace
 
@@ -103,7 +145,8 @@ Started Runs::paint(const paint::Settings& settings, const Value& asked, const s
     const paint::ScanKind kind = paint::kind_of(settings.scan);
     const std::string text = paint::pipeline_text(settings, kind);
     const Value* view = asked.find("view");
-    const std::string look = view != nullptr && care == "quick" ? paint::look_text(settings, kind, *view) : "";
+    const bool only_prepares = care != "full" && !settings.weights.empty();  // StyleMesh takes hours.
+    const std::string look = view != nullptr && care == "quick" && !only_prepares ? paint::look_text(settings, kind, *view) : "";
     const std::lock_guard one_at_a_time(asking_);
     std::string id = "preview";
     if (care == "full")
@@ -133,7 +176,9 @@ Started Runs::paint(const paint::Settings& settings, const Value& asked, const s
         add({"--without", "painted"});
     if (care != "full" && text.find("\n  relief: ") != std::string::npos)
         add({"--without", "relief"});
-    if (care == "quick" && look.empty())
+    if (only_prepares)
+        add({"--without", "texture", "--without", "bake", "--without", "view"});
+    if (care == "quick" && look.empty() && !only_prepares)
         add({"--set", "texture.levels_count=1", "--set", "texture.rounds_count=1", "--set", "atlas.size_px=512"});
     write_durable_file(folder / "words.json", to_json(Value::List(job.words.begin(), job.words.end())));
     write_durable_file(folder / "state", std::string_view("running"));
@@ -191,6 +236,24 @@ void Runs::cancel()
     canceled_ = current_.has_value();
 }
 
+void Runs::keep()
+{
+    const std::lock_guard lock(mutex_);
+    const auto painting = current_ && current_->care == "full" && !canceled_ ? find(current_->id) : std::nullopt;
+    if (!painting)
+        throw Error("no painting is being made that could be kept");
+    const Value* method = painting->request.at("settings").find("method");
+    if (method == nullptr || method->as_string() != "stylemesh")
+        throw Error(
+            "only StyleMesh can be stopped and kept: brush strokes are no result before the last of them; wait, or cancel");
+    if (const Value* stop = stop_of(painting->request))
+        throw Error(fmt::format("this painting ends after step {} anyway, as its settings say", stop->as_int()));
+    if (steps_ == 0)
+        throw Error("StyleMesh has not made its first step, or has made its last: there is nothing to stop; wait, or cancel");
+    write_durable_file(current_->folder / "keep", std::string_view());
+    keeps_ = true;
+}
+
 void Runs::remove(const std::string& id)
 {
     const std::lock_guard one_at_a_time(asking_);
@@ -238,8 +301,11 @@ Value Runs::running() const
     if (!job)
         return {};
     const auto painting = find(job->id);
-    return Value::Map{
-        {"id", job->id}, {"care", job->care}, {"serial", job->serial}, {"request", painting ? painting->request : Value()}};
+    return Value::Map{{"id", job->id},
+                      {"care", job->care},
+                      {"serial", job->serial},
+                      {"request", painting ? painting->request : Value()},
+                      {"keeps", keeps_}};
 }
 
 /// Removes what old previews left; the paintings' results stay. The store knows paintings by their paths: where the folder was
@@ -319,38 +385,71 @@ void Runs::run(const Job& job)
                 fs::remove(entry.path());
     if (job.is_painting)
         write_durable_file(job.folder / "state", std::string_view("running"));
+    const fs::path keep = job.folder / "keep";
+    if (const auto painting = find(job.id); fs::exists(keep) && painting && stop_of(painting->request) != nullptr)
+    {
+        stop_at(job.folder, stop_of(painting->request)->as_int());
+        fs::remove(keep);
+    }
+    {
+        const std::lock_guard lock(mutex_);
+        keeps_ = job.care == "full" && fs::exists(keep);
+    }
     std::ofstream log(job.log, std::ios::trunc);
+    while (run_once(job, log))
+    {
+    }
+}
+
+/// Whether it was stopped to be kept, and the next one goes on with it.
+bool Runs::run_once(const Job& job, std::ostream& log)
+{
     std::vector<std::string> words = job.words;
     for (const std::string& word : std::initializer_list<std::string>{"--json-log", "--no-report", "--replace", "--store",
                                                                       studio_ / "store", "--out", job.folder / "out"})
         words.push_back(word);
     const Process process = started(program_, words);
     LineBuffer lines;
+    Optimization optimization;
     std::optional<Clock::time_point> told;
     bool dropped = false;
     for (bool more = true; more;)
     {
         more = hear(process, lines, std::chrono::milliseconds(50));
         for (std::string line; lines.next(line);)
+        {
             log << (line.starts_with('{') ? line : to_json(Value::Map{{"event", "note"}, {"text", line}})) << "\n";
-        log.flush();
+            optimization.hear(line);
+        }
         const std::lock_guard lock(mutex_);
+        steps_ = optimization.steps;
+        log.flush();
         dropped = dropped || canceled_ || (next_ && job.care != "full" && job.care != "export");
-        if ((dropped || ending_) && !told)
+        if ((dropped || ending_ || (keeps_ && steps_ > 0)) && !told)
         {
             told = Clock::now();
             kill(process.pid, SIGTERM);
         }
-        else if (told && Clock::now() - *told > time_to_end)
+        else if (told && Clock::now() - *told > (dropped || ending_ ? time_to_end : time_to_keep))
             kill(-process.pid, SIGKILL);
     }
     const ProcessEnd end = end_of(process);
+    const std::lock_guard lock(mutex_);
+    steps_ = 0;
+    const bool again = keeps_ && told && !dropped && !ending_ && end.exit_code != 0;
+    if (keeps_ && !dropped && optimization.stopped_at > 0)
+        stop_at(job.folder, optimization.stopped_at);
+    if (keeps_ && (!ending_ || optimization.stopped_at > 0))
+        fs::remove(job.folder / "keep");
+    keeps_ = false;
+    if (again)
+        return true;
     log << to_json(Value::Map{{"event", "ended"}, {"exit_code", end.exit_code}, {"signal", end.signal}, {"canceled", dropped}})
         << "\n";
     log.flush();
-    const std::lock_guard lock(mutex_);
     if (job.is_painting && (dropped || !ending_))
         write_durable_file(job.folder / "state", std::string_view(dropped ? "canceled" : end.exit_code == 0 ? "done" : "failed"));
+    return false;
 }
 
 }  // namespace fresco::studio

@@ -15,7 +15,8 @@
 /// \file Paintings, and the one `fresco run` at a time that makes them. A painting is a folder below STUDIO/paintings:
 /// painting.json (what was asked for), painting.yaml, log.jsonl (the events of --json-log), out/ and thumb.jpg; its name is its
 /// number. The folder `preview` is one, too, which the next preview replaces; its logs are log<serial>.jsonl. Whenever the
-/// program is killed, paintings stay, and the one that was being made is resumed by the next Runs.
+/// program is killed, paintings stay, and the one that was being made is resumed by the next Runs. A file `keep` in the folder
+/// of a painting asks to end StyleMesh after the step that it is at, and to go on with what is there.
 
 namespace fresco::studio
 {
@@ -54,13 +55,16 @@ class Runs
     Started take(const std::string& id, const paint::Settings& settings, const std::string& kind);
     /// Ends the run under way; nothing half stays but what the store needs to go on.
     void cancel();
+    /// Ends StyleMesh after the step that it is at, which becomes an option of the painting, and goes on with what is there.
+    /// Throws Error saying why where that cannot be done now.
+    void keep();
     /// Throws Error if there is no such painting, or while it is being made.
     void remove(const std::string& id);
 
     /// Newest first, without the preview.
     std::vector<Painting> paintings() const;
     std::optional<Painting> find(const std::string& id) const;
-    /// {id, care, serial, request}, or null; `request` is what the page sent.
+    /// {id, care, serial, request, keeps}, or null; `request` is what the page sent, `keeps`: keep() was called.
     Value running() const;
     std::filesystem::path folder_of(const std::string& id) const;
 
@@ -83,6 +87,7 @@ class Runs
     Started start(Job job);
     void work();
     void run(const Job& job);
+    bool run_once(const Job& job, std::ostream& log);
     void resume();
     void tidy_store() const;
 
@@ -95,6 +100,8 @@ class Runs
     std::optional<Job> current_;
     int serial_ = 0;
     bool canceled_ = false;
+    bool keeps_ = false;
+    std::int64_t steps_ = 0;  ///< StyleMesh has made these in the run under way; 0: it has not begun, or it has ended.
     bool ending_ = false;
     std::thread thread_;
 };

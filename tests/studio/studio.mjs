@@ -1,78 +1,13 @@
 // studio.mjs CHROMIUM FRESCO FOLDER MODEL PICTURE [SCREENSHOTS]: fresco studio as its user has it, from an empty folder on.
 import assert from "node:assert/strict";
-import { execFileSync, spawn } from "node:child_process";
-import { copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
-import { basename, dirname, join } from "node:path";
-import { Browser, seenIn, webgl } from "../browser/browser.mjs";
+import { execFileSync } from "node:child_process";
+import { copyFileSync, existsSync, readFileSync, rmSync, symlinkSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { seenIn } from "../browser/browser.mjs";
+import { drop, has, ready, setting, studioIn, until } from "./page.mjs";
 
 const [program, fresco, folder, model, picture, screenshots] = process.argv.slice(2);
-
-const saved = mkdtempSync(join(folder, "../saved-"));
-
-/// Starts the server; gives {process, address}.
-async function served(place = folder) {
-    const started = spawn(fresco, ["studio", place, "--no-browser"], { stdio: ["ignore", "pipe", "inherit"] });
-    process.on("exit", () => started.kill("SIGKILL"));
-    const address = await new Promise((resolve, reject) => {
-        started.stdout.on("data", data => resolve(data.toString().trim()));
-        started.on("exit", code => reject(new Error(`fresco studio ended with ${code}`)));
-    });
-    return { process: started, address, ended: new Promise(resolve => started.on("exit", resolve)) };
-}
-
-const watched = browser => browser.evaluate(`(() => { const box = document.getElementById("problem"); return box.hidden ? "" : box.textContent; })()`);
-
-/// Waits for what is expected; an error in the page ends it at once.
-async function until(browser, expression) {
-    await browser.wait(expression, async () => {
-        const problem = await watched(browser);
-        assert.equal(problem, "", `while waiting for ${expression}`);
-        return browser.evaluate(expression);
-    });
-}
-
-const has = (browser, text) => until(browser, `document.getElementById("badge").textContent === ${JSON.stringify(text)}`);
-const ready = (browser, what) => until(browser, `document.getElementById("status").textContent.startsWith(${JSON.stringify(`${what} ready`)})`);
-
-/// Drops a file onto the page, as a hand would.
-async function drop(browser, file) {
-    const text = readFileSync(file).toString("base64");
-    await browser.evaluate(`(() => {
-        const bytes = Uint8Array.from(atob("${text}"), letter => letter.charCodeAt(0));
-        const data = new DataTransfer();
-        data.items.add(new File([bytes], ${JSON.stringify(basename(file))}));
-        for (const type of ["dragenter", "dragover", "drop"])
-            document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: data }));
-    })()`);
-}
-
-async function shoot(browser, name) {
-    if (!screenshots)
-        return;
-    for (const scheme of ["light", "dark"])
-        for (const [width, height] of [[1280, 800], [1920, 1080]]) {
-            await browser.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: scheme }] });
-            await browser.resize(width, height);
-            await browser.evaluate("new Promise(done => setTimeout(done, 400))");
-            const { data } = await browser.send("Page.captureScreenshot");
-            writeFileSync(join(screenshots, `${name}_${width}_${scheme}.png`), Buffer.from(data, "base64"));
-        }
-    await browser.resize(1280, 800);
-}
-
-const setting = (browser, name, value) => browser.evaluate(`(() => {
-    const input = document.getElementById("set-${name.replace(".", "-")}");
-    input.value = "${value}";
-    input.dispatchEvent(new Event("change"));
-})()`);
-
-async function opened(address) {
-    const browser = new Browser(program, webgl);
-    await browser.open(address, saved);
-    await browser.resize(1280, 800);
-    await browser.until(`document.getElementById("folder").textContent !== ""`);
-    return browser;
-}
+const { saved, served, opened, shoot } = studioIn(folder, program, fresco, screenshots);
 
 let server = await served();
 assert.match(server.address, /^http:\/\/127\.0\.0\.1:\d+\/[0-9a-f]{32}\/$/);

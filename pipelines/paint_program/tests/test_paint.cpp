@@ -134,10 +134,20 @@ TEST_CASE("every setting is a line of the pipeline file, which fits the plugins"
 
     Settings network = place.settings();
     network.weights = place.file("vgg.pth");
-    network.chosen.set("texture.stroke_cm", 4);
+    network.chosen.set("strokes.stroke_cm", 4);
     network.with = exports();
     CHECK(place.fits(network));
     CHECK(contains(text_of(network), "strokes: {stroke_cm: 4}"));
+    network.for_page = true;
+    for (const Value::Map& chosen : {Value::Map{}, Value::Map{{"texture.epochs", 2}, {"relief.height_mm", 2}}})
+    {
+        network.chosen = chosen;
+        CHECK(place.fits(network));
+        const std::string text = stopped_at(text_of(network), 1200);
+        network.chosen.set("texture.stop_at_step", 1200);
+        CHECK(text_of(network) == text);
+        CHECK(place.fits(network));
+    }
 
     Settings model = place.settings("chair.obj");
     CHECK(place.fits(model));

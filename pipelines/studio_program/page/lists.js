@@ -45,7 +45,9 @@ function showHistory(place, paintings, chosen, versions, act) {
         const { id, state, request, thumbnail } = painting;
         const picture = thumbnail ? element("img", { src: `painting/${id}/thumb.jpg?${versions.get(id) ?? ""}`, alt: "" })
             : element("span", { className: "shape", textContent: state === "running" ? "painting…" : state });
-        const button = choice(id, chosen, () => act.open(painting), picture, element("small", { textContent: `${Number(id)} · ${shortName(request.picture)}` }));
+        const stop = request.settings["texture.stop_at_step"];
+        const stopped = stop ? [element("span", { className: "stopped", textContent: `stopped at step ${stop}` })] : [];
+        const button = choice(id, chosen, () => act.open(painting), picture, ...stopped, element("small", { textContent: `${Number(id)} · ${shortName(request.picture)}` }));
         button.title = [`Painting ${Number(id)}: ${request.scan} after ${shortName(request.picture)}`, ...Object.entries(request.settings).map(([name, value]) => `${name}: ${value}`)].join("\n");
         const remove = element("button", { className: "remove", textContent: "Delete", title: "Delete this painting (Delete)" });
         const sure = () => {

@@ -1,7 +1,8 @@
 // Controls made of what the plugins declare: range, default, help. The few that matter come first.
 
-/// Settings by name: the type whose option it is, and what people call it; `to`: where the slider ends if the range goes far beyond.
+/// Settings by name: the type whose option it is, and what people call it; `to`: where the slider ends if the range goes far beyond; `both`: of either method.
 const few = [
+    ["method", null, "Method"],
     ["texture.stroke_cm", "texture.synthesize", "Stroke width, cm", { to: 20, step: 0.5 }],
     ["texture.painterly", "texture.synthesize", "Painterly"],
     ["texture.detail", "texture.synthesize", "Detail"],
@@ -9,10 +10,23 @@ const few = [
     ["strength.strokes", "texture.mix", "Strength of strokes"],
     ["keep", null, "Keep as photographed"],
     ["walls", null, "Picture for walls"],
-    ["atlas.size_px", "atlas.project", "Size of the texture, px", { choices: [1024, 2048, 4096] }],
-    ["relief.height_mm", "texture.relief", "Relief, mm", { off: true, to: 10, step: 0.5 }],
+    ["texture.theta_d_m", "texture.optimize", "Size of patterns (theta_d), m", { to: 0.5, step: 0.01 }],
+    ["texture.epochs", "texture.optimize", "Visits to each view (epochs)", { to: 20 }],
+    ["texture.repeats_count", "texture.optimize", "Steps per visit (repeats)", { to: 20 }],
+    ["texture.stop_at_step", "texture.optimize", "Stop at step", { empty: "none" }],
+    ["atlas.size_px", "atlas.project", "Size of the texture, px", { choices: [1024, 2048, 4096], both: true }],
+    ["relief.height_mm", "texture.relief", "Relief, mm", { off: true, to: 10, step: 0.5, both: true }],
 ];
-const rest = ["direction", "recolor", "levels_count", "rounds_count", "seed"].map(name => [`texture.${name}`, "texture.synthesize", name.replace("_count", "").replace(/^./, first => first.toUpperCase())]);
+const rest = [
+    ...["direction", "recolor", "levels_count", "rounds_count"].map(name => [`texture.${name}`, "texture.synthesize", name.replace("_count", "").replace(/^./, first => first.toUpperCase())]),
+    ["texture.init", "texture.optimize", "Start from (init)"],
+    ["texture.angle_limit_deg", "texture.optimize", "Angle filter, degrees"],
+    ["texture.lambda_r", "texture.optimize", "Regularizer (lambda_r)"],
+    ["texture.rate", "texture.optimize", "Learning rate"],
+    ["texture.seed", "texture.synthesize", "Seed", { both: true }],
+];
+/// What pipelines/stylemesh.yaml sets in place of the plugins' defaults.
+const of_stylemesh = { "texture.theta_d_m": 0.12, "texture.epochs": 7, "texture.repeats_count": 10, "texture.init": "zeros", "texture.angle_limit_deg": 30, "texture.lambda_r": 5000, "texture.rate": 1, "atlas.size_px": 4096 };
 const regions = ["floor", "walls", "ceiling", "furniture"];
 
 const element = (name, properties = {}, ...children) => {
@@ -29,8 +43,11 @@ class Settings {
         this.changed = changed;
         for (const [list, place] of [[few, "settings"], [rest, "more_settings"]])
             for (const [name, type, label, more = {}] of list) {
+                if (type && !declarations[type])
+                    continue;
                 const option = type && declarations[type].declaration.options.find(each => each.name === name.split(".")[1]);
-                const row = name === "keep" ? this.keeping(label) : name === "walls" ? this.walls(label) : this.row(name, label, option, more);
+                const row = name === "method" ? this.method(label) : name === "keep" ? this.keeping(label) : name === "walls" ? this.walls(label) : this.row(name, label, option, more);
+                row.method = more.both || name === "method" ? null : type === "texture.optimize" ? "stylemesh" : "strokes";
                 this.rows.set(name, row);
                 document.getElementById(place).append(row.box);
             }
@@ -46,19 +63,31 @@ class Settings {
         this.changed();
     }
 
+    /// What holds where nothing is chosen.
+    usual(name, option) {
+        return (this.values.method && of_stylemesh[name]) ?? option.default;
+    }
+
+    /// Those of `values` that another method has, too.
+    common(values, method) {
+        const kept = Object.entries(values).filter(([name]) => name !== "method" && [null, method ?? "strokes"].includes(this.rows.get(name)?.method ?? null));
+        return { ...Object.fromEntries(kept), ...(method ? { method } : {}) };
+    }
+
     /// Shows other values; what is not among them has its default.
     show(values) {
         this.values = { ...values };
         for (const [name, row] of this.rows) {
             row.show(this.values[name]);
             row.box.classList.toggle("changed", this.values[name] !== undefined);
+            row.box.classList.toggle("other", (row.method ?? this.values.method ?? "strokes") !== (this.values.method ?? "strokes"));
             row.box.querySelector(".error")?.remove();
         }
     }
 
     /// Shows an error at the setting that it names; false: it names none.
     complain(text) {
-        const name = [...this.rows.keys()].filter(each => this.values[each] !== undefined && text.includes(each.split(".").at(-1))).at(0);
+        const name = [...this.rows.keys()].filter(each => each !== "method" && this.values[each] !== undefined && text.includes(each.split(".").at(-1))).at(0);
         if (name)
             this.rows.get(name).box.append(element("p", { className: "error", textContent: text }));
         return Boolean(name);
@@ -72,8 +101,36 @@ class Settings {
         return box;
     }
 
-    row(name, label, option, { to, step, choices, off }) {
-        const value = text => Number(text) === option.default && !off ? undefined : Number(text);
+    method(label) {
+        const make = (method, textContent) => {
+            const button = element("button", { textContent, title: method ? "" : "texture.synthesize: brush strokes after the picture, in a minute" });
+            button.addEventListener("click", () => {
+                if (this.values.method === method)
+                    return;
+                this.values = this.common(this.values, method);
+                this.set("method", method);
+            });
+            return button;
+        };
+        const strokes = make(undefined, "brush strokes");
+        this.stylemesh = make("stylemesh", "StyleMesh");
+        const choices = element("div", { className: "segments", role: "group", ariaLabel: label }, strokes, this.stylemesh);
+        return {
+            box: this.box("method", label, "", choices), show: given => {
+                strokes.setAttribute("aria-pressed", !given);
+                this.stylemesh.setAttribute("aria-pressed", Boolean(given));
+            },
+        };
+    }
+
+    /// `lack`: why StyleMesh cannot be chosen; empty: it can.
+    offerStyleMesh(lack) {
+        this.stylemesh.disabled = Boolean(lack);
+        this.stylemesh.title = lack || "texture.optimize: optimizes the texture in all views, in hours";
+    }
+
+    row(name, label, option, { to, step, choices, off, empty: blank }) {
+        const value = text => Number(text) === this.usual(name, option) && !off ? undefined : Number(text);
         if (option.kind === "bool") {
             const input = element("input", { type: "checkbox" });
             input.addEventListener("change", () => this.set(name, input.checked === option.default ? undefined : input.checked));
@@ -81,8 +138,8 @@ class Settings {
         }
         if (option.choices || choices) {
             const select = element("select", {}, ...(option.choices ?? choices).map(each => element("option", { value: each, textContent: each })));
-            select.addEventListener("change", () => this.set(name, option.choices ? (select.value === option.default ? undefined : select.value) : value(select.value)));
-            return { box: this.box(name, label, option.help, select), show: given => { select.value = given ?? option.default; } };
+            select.addEventListener("change", () => this.set(name, option.choices ? (select.value === this.usual(name, option) ? undefined : select.value) : value(select.value)));
+            return { box: this.box(name, label, option.help, select), show: given => { select.value = given ?? this.usual(name, option); } };
         }
         const number = element("input", { type: "number", min: option.min, max: option.max, step: option.kind === "int" ? 1 : "any" });
         number.addEventListener("change", () => this.set(name, number.value === "" || (off && Number(number.value) === 0) ? undefined : value(number.value)));
@@ -94,14 +151,14 @@ class Settings {
             range.addEventListener("change", () => this.set(name, off && Number(range.value) === 0 ? undefined : value(range.value)));
             box.append(range);
         }
-        if (off || (option.default === 0 && to))
-            number.placeholder = off ? "none" : "auto";
+        if (off || blank || (option.default === 0 && to))
+            number.placeholder = blank ?? (off ? "none" : "auto");
         return {
             box, show: given => {
                 const empty = given === undefined && number.placeholder;
-                number.value = number.defaultValue = empty ? "" : given ?? option.default;  // They differ while it is typed.
+                number.value = number.defaultValue = empty ? "" : given ?? this.usual(name, option);  // They differ while it is typed.
                 if (range)
-                    range.value = given ?? (off ? 0 : option.default);
+                    range.value = given ?? (off ? 0 : this.usual(name, option));
             },
         };
     }

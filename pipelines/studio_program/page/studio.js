@@ -23,6 +23,7 @@ const past = [];  // What was chosen before, for undo.
 const versions = new Map();  // Of thumbnails, so that a new one is fetched.
 let folder = { scans: [], pictures: [], runs: [], shipped: [] };
 let paintings = [], running = null, watched = null, seen_serial = 0, shown = null, shown_scan = null, settings = null;
+let lack = "The studio is looking for StyleMesh's weights.";  // Why StyleMesh cannot be chosen.
 let later = false;  // Something was changed during a painting: its preview follows.
 const view = new View(at("room"));
 
@@ -47,7 +48,7 @@ function guarded(action) {
 /// Follows the events of one run until it ends. `log`: their address; `out`: where its results are.
 class Watch {
     constructor(log, out, care) {
-        Object.assign(this, { log, out, care, from: 0, rest: "", stages: new Map(), files: new Set(), problems: [], newest: null, grown_at: 0, note: "" });
+        Object.assign(this, { log, out, care, from: 0, rest: "", stages: new Map(), files: new Set(), problems: [], newest: null, grown_at: 0, pause_ms: 1500, note: "" });
     }
 
     async poll() {
@@ -73,7 +74,7 @@ class Watch {
         else if (event.event === "progress")
             this.advance(stage, event);
         else if (event.event === "end") {
-            this.stages.set(stage, { ...this.stages.get(stage), state: event.state === "failed" ? "failed" : "done" });
+            this.stages.set(stage, { ...this.stages.get(stage), state: { failed: "failed", interrupted: "waiting" }[event.state] ?? "done" });
             if (event.error)
                 this.problems.push(event.error);
         } else if (event.event === "file")
@@ -118,10 +119,11 @@ class Watch {
         if (!found)
             return null;
         const [name, { done, total, unit }] = found;
-        return { name, share: total > 0 ? done / total : null, text: total > 0 ? `${Math.round(done)} of ${Math.round(total)} ${unit}` : "" };
+        return { name, share: total > 0 ? done / total : null, text: total > 0 ? (unit === "steps" ? `step ${done} of ${total}` : `${Math.round(done)} of ${Math.round(total)} ${unit}`) : "" };
     }
 }
 
+const isStyleMesh = request => request?.settings.method === "stylemesh";
 const duration = seconds => seconds < 60 ? `${Math.ceil(seconds)} s` : `${Math.floor(seconds / 60)}:${String(Math.round(seconds % 60)).padStart(2, "0")} min`;
 const care_names = { quick: "First look", preview: "Preview", full: "Painting", export: "Export", elsewhere: "Run" };
 
@@ -135,6 +137,11 @@ function showProgress() {
     at("left").textContent = watched.left_s ? `about ${duration(watched.left_s)} left` : "";
     at("bar").firstElementChild.style.width = `${100 * (now?.share ?? 0)}%`;
     at("cancel").hidden = watched.care === "elsewhere";
+    const keeps = running?.keeps, steps = watched.stages.get("texture");
+    at("keep").hidden = watched.care !== "full" || !isStyleMesh(watched.request);
+    at("keep").disabled = keeps || steps?.state !== "running" || steps.unit !== "steps";
+    at("keep").textContent = keeps ? "Stopping…" : "Stop and keep";
+    at("keep").title = keeps ? "StyleMesh ends after the step that it is at" : at("keep").disabled ? "StyleMesh has not made its first step, or has made its last: there is nothing to stop" : "End StyleMesh after this step and keep what is there as the result (K)";
     at("stages").hidden = watched.care === "quick" || watched.care === "preview";  // They would hide what is looked at.
     at("stages").replaceChildren(...[...watched.stages].map(([name, { state }]) => {
         const item = element("li", { textContent: name });
@@ -168,7 +175,7 @@ async function showResults(run) {
         shown_scan = run.scan;
         return;
     }
-    const stays = view.has === "painting" && shown_scan === run.scan;  // Nothing lesser takes its place.
+    const stays = view.has === "painting" && shown_scan === run.scan && !run.only_photo;  // Nothing lesser takes its place.
     if (run.has("view") && run.has("photo_view")) {
         if (run.newest === "view")
             return;
@@ -195,13 +202,17 @@ async function showResults(run) {
 
 /// The texture as it grows, on the room with the photo.
 async function showGrowth(run) {
-    if (run.care !== "full" || !isMine(run) || run.stages.get("texture")?.state !== "running" || !run.has("photo_view") || performance.now() - run.grown_at < 1500)
+    if (run.care !== "full" || !isMine(run) || run.stages.get("texture")?.state !== "running" || !run.has("photo_view") || performance.now() - run.grown_at < run.pause_ms)
         return;
     run.grown_at = performance.now();
     const response = await fetch(`${run.out}progress/texture/texture.png?optional`);
     if (response.status !== 200)
         return;
     const picture = await response.blob();
+    run.pause_ms = picture.size === run.grown_size ? Math.min(2 * run.pause_ms, 12000) : 1500;  // There is a new one rarely.
+    if (picture.size === run.grown_size)
+        return;
+    run.grown_size = picture.size;
     run.photo ??= await bytesAt(`${run.out}photo.glb`);
     if (isMine(run) && !run.end) {
         await view.growing(run.photo, picture);
@@ -250,11 +261,16 @@ async function ended(run) {
         return say("canceled");
     if (run.care === "export")
         return offerFiles(run);
+    if (run.only_photo)
+        return say("StyleMesh has no preview: this is the photo");
     say(`${care_names[run.care].toLowerCase()} ready in ${duration((performance.now() - run.began) / 1000)}`);
     if (run.care === "quick" && run === watched && run.again)
         await paint("preview");
     if (run.care === "full") {
         if (!later && !run.aside) {
+            await refresh();
+            chosen.settings = paintings.find(({ id }) => id === run.id)?.request.settings ?? chosen.settings;  // It may have been stopped and kept.
+            settings.show(chosen.settings);
             shown = run.id;
             tell();
         }
@@ -288,7 +304,7 @@ function offerFiles(run) {
 function follow({ id, care, serial, request }, again = false) {
     at("newest").hidden = true;
     const log = care === "export" ? "export" : id === "preview" ? `log${serial}` : "log";
-    watched = Object.assign(new Watch(`painting/${id}/${log}.jsonl`, `painting/${id}/out/`, care), { id, again, request, scan: request?.scan, view: Boolean(request?.view), began: performance.now() });
+    watched = Object.assign(new Watch(`painting/${id}/${log}.jsonl`, `painting/${id}/out/`, care), { id, again, request, scan: request?.scan, view: Boolean(request?.view), only_photo: care !== "full" && isStyleMesh(request), began: performance.now() });
     complain(null);
     say("");
     showProgress();
@@ -311,13 +327,15 @@ async function paint(care, again = false, in_sight = shown_scan === chosen.scan 
 }
 
 let waiting = 0;
-/// A first look soon, which sharpens by itself.
+/// A first look soon, which sharpens by itself. StyleMesh, which takes hours, has only the photo to begin with.
 function preview() {
     clearTimeout(waiting);
     if (watched)
         watched.aside = false;
     say("");
     complain(null);
+    if (isStyleMesh(chosen))
+        return running || shown_scan !== chosen.scan || view.has !== "photo" ? guarded(() => paint("preview"))() : undefined;
     waiting = setTimeout(guarded(() => paint("quick", true)), 200);
 }
 
@@ -332,6 +350,10 @@ function remember() {
 function choose(change) {
     remember();
     Object.assign(chosen, change);
+    if (change.scan && isStyleMesh(chosen) && lackOf(chosen.scan)) {
+        chosen.settings = settings.common(chosen.settings);
+        settings.show(chosen.settings);
+    }
     if (chosen.scan !== shown_scan) {
         view.clear();
         shown_scan = null;
@@ -387,6 +409,8 @@ const undo = guarded(async () => {
 
 // What the page shows beside the room.
 
+const lackOf = scan => folder.scans.some(({ name, kind }) => name === scan && kind !== "recording") ? "StyleMesh paints through the pictures of a recording, which a model or splats do not have" : lack;
+
 function tell() {
     at("empty").hidden = view.has !== "nothing";
     at("empty").textContent = watched?.run ? "The result appears here when the run has written a GLB." : chosen.scan ? "Preparing the scan: the mesh appears first, then the photo, then the painting." : folder.scans.length ? "Choose a scan on the left." : "Drop a model here: a GLB or a PLY.";
@@ -396,12 +420,13 @@ function tell() {
         at(mode).setAttribute("aria-pressed", at("room").dataset.mode === mode && view.has !== "nothing");
     at("badge").textContent = { nothing: "", mesh: "mesh", photo: watched?.run ? "result" : "photo" }[view.has] ?? (watched?.photo && !watched.end && isMine(watched) ? "as it grows" : shown === "preview" ? "preview" : shown ? `painting ${Number(shown)}` : "");
     at("paint").disabled = !chosen.scan || !chosen.picture || isBusy();
-    at("hint").textContent = isBusy() ? "Changes show when the painting is done." : "Changes show as a preview first.";
+    at("hint").textContent = isBusy() ? "Changes show when the painting is done." : isStyleMesh(chosen) ? "StyleMesh takes hours and has no preview: Paint shows the texture as it grows, and can be stopped and kept at any step." : "Changes show as a preview first.";
     at("undo").disabled = !past.length;
     at("take").hidden = !paintings.some(({ id, state }) => id === shown && state === "done");
     const is_model = folder.scans.some(({ name, kind }) => name === chosen.scan && kind === "model");
     at("take").querySelector("[data-kind=video]").hidden = is_model;  // It follows a recording's cameras.
     settings?.offerRelief(!is_model);
+    settings?.offerStyleMesh(lackOf(chosen.scan));
     showScans(at("scans"), folder.scans, chosen.scan, scan => scan !== chosen.scan && choose({ scan }));
     showPictures(at("pictures"), [...folder.pictures, ...folder.shipped], chosen.picture, picture => picture !== chosen.picture && choose({ picture }));
     at("cut").hidden = !folder.is_cut;
@@ -450,6 +475,11 @@ async function look() {
     document.body.classList.toggle("watching", folder.only_watches);
     settings.offer([...folder.pictures, ...folder.shipped]);
     tell();
+    if (lack)  // Not waited for: a file of weights is read, once.
+        ask("api/stylemesh").then(found => {
+            ({ lack } = found);
+            tell();
+        }).catch(error => complain(error.message));
 }
 
 async function step() {
@@ -532,6 +562,7 @@ function tellMore(title, text, note) {
 
 const keys = `P           paint at full size
 Escape      cancel
+K           stop StyleMesh and keep what is there
 Ctrl-Z      back to what was chosen before
 1, 2        walk, orbit
 [, ]        from photo to painted
@@ -540,6 +571,11 @@ Tab, Enter  reach and choose everything
 Delete      delete the painting in the history that has the focus`;
 
 const cancel = guarded(() => ask("api/cancel", {}));
+const keep = guarded(async () => {
+    await ask("api/keep", {});
+    await refresh();
+    showProgress();
+});
 const full = guarded(() => paint("full"));
 const mix = share => {
     at("mix").value = share;
@@ -548,7 +584,7 @@ const mix = share => {
 
 function hearKeys() {
     const actions = {
-        p: full, Escape: () => running && cancel(), 1: () => view.move("walk"), 2: () => view.move("orbit"), "?": () => at("keys").click(),
+        p: full, k: () => at("keep").click(), Escape: () => running && cancel(), 1: () => view.move("walk"), 2: () => view.move("orbit"), "?": () => at("keys").click(),
         "[": () => mix(Number(at("mix").value) - 0.1), "]": () => mix(Number(at("mix").value) + 0.1),
     };
     document.addEventListener("keydown", event => {
@@ -565,6 +601,7 @@ function hearKeys() {
 function hearButtons() {
     at("paint").addEventListener("click", full);
     at("cancel").addEventListener("click", cancel);
+    at("keep").addEventListener("click", keep);
     at("undo").addEventListener("click", undo);
     at("keys").addEventListener("click", () => tellMore("Keyboard", keys, ""));
     for (const mode of ["walk", "orbit"])

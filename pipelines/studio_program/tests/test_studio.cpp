@@ -234,6 +234,7 @@ TEST_CASE("recordings are found by the marks of their layouts, models and pictur
     touch(base / "model.GLB");
     touch(base / "one.scan");
     touch(base / "styles/waves.jpg");
+    touch(base / "nets/vgg19.PTH");
     touch(base / "out/progress.jsonl");
     touch(base / "out/views/0.png");
     touch(base / ".fresco-studio/paintings/1/out/view.glb");
@@ -257,6 +258,7 @@ TEST_CASE("recordings are found by the marks of their layouts, models and pictur
     CHECK(scan("gauss.ply").kind == paint::ScanKind::splats);
     CHECK(found.pictures == std::vector<std::string>{"half/color/0.jpg", "styles/waves.jpg"});
     CHECK(found.runs == std::vector<std::string>{"out"});
+    CHECK(found.weights == std::vector<std::string>{"nets/vgg19.PTH"});
 }
 
 TEST_CASE("what recordings hold does not count against the entries of the folder, and an end of the search is told")
@@ -368,6 +370,79 @@ TEST_CASE_METHOD(Workshop, "paintings are made one at a time, canceled, removed 
     runs.cancel();
     hold(false);
     CHECK(after(runs, "0005", "log.jsonl", "ended") == "canceled");
+}
+
+TEST_CASE_METHOD(Workshop, "StyleMesh is stopped and kept, by the next program if this one is killed meanwhile")
+{
+    // It makes a step when the folder has a file "go", and then waits to be stopped.
+    write_file(program, std::string_view(
+                            "#!/bin/sh\n"
+                            "[ \"$1\" = run ] || { echo '{}'; exit; }\n"
+                            "grep -q stop_at_step \"$2\" && exit\n"
+                            "trap 'echo \"{\\\"event\\\":\\\"message\\\",\\\"stage\\\":\\\"texture\\\","
+                            "\\\"text\\\":\\\"stopped after step 7; …\\\"}\"; exit 75' TERM\n"
+                            "echo '{\"event\":\"begin\",\"stage\":\"texture\"}'\n"
+                            "while [ ! -e \"${0%/*}/go\" ]; do sleep 0.02; done\n"
+                            "echo '{\"event\":\"progress\",\"stage\":\"texture\",\"done\":7,\"total\":9,\"unit\":\"steps\"}'\n"
+                            "while :; do sleep 0.02; done\n"));
+    fs::permissions(program, fs::perms::owner_all);
+    fs::create_directories(folder.path() / "scan");
+    settings.scan = folder.path() / "scan";
+    const fs::path go = folder.path() / "go", studio = folder.path() / "studio";
+    std::optional<Runs> runs(std::in_place, program, studio);
+    CHECK_THROWS_WITH(runs->keep(), Catch::Contains("no painting is being made"));
+    asked.set("settings", Value::Map{});
+    runs->paint(settings, asked, "full");
+    CHECK(after(*runs, "0001", "log.jsonl", "begin") == "running");
+    CHECK_THROWS_WITH(runs->keep(), Catch::Contains("only StyleMesh"));
+    runs->cancel();
+    CHECK(after(*runs, "0001", "log.jsonl", "ended") == "canceled");
+
+    settings.weights = "/vgg19.pth";
+    asked.set("settings", Value::Map{{"method", "stylemesh"}});
+    const auto has_stop = [&](const std::string& id)
+    {
+        return read_text_file(runs->folder_of(id) / "painting.yaml").find("  texture: {stop_at_step: 7}\n") !=
+                   std::string::npos &&
+               runs->find(id)->request.at("settings").at("texture.stop_at_step") == Value(7) &&
+               !fs::exists(runs->folder_of(id) / "keep");
+    };
+    const auto begin = [&](const std::string& id)
+    {
+        fs::remove(go);
+        REQUIRE(runs->paint(settings, asked, "full").id == id);
+        CHECK(after(*runs, id, "log.jsonl", "begin") == "running");
+    };
+    begin("0002");
+    CHECK_THROWS_WITH(runs->keep(), Catch::Contains("has not made its first step"));
+    touch(go);
+    CHECK(after(*runs, "0002", "log.jsonl", "progress") == "running");
+    runs->keep();
+    CHECK(after(*runs, "0002", "log.jsonl", "ended") == "done");
+    CHECK(has_stop("0002"));
+
+    // Killed before it was stopped, and between the two files that get the step.
+    for (const bool has_step : {false, true})
+    {
+        const std::string id = has_step ? "0004" : "0003";
+        begin(id);
+        const fs::path painting = runs->folder_of(id);
+        runs.reset();
+        touch(painting / "keep");
+        if (has_step)
+            write_file(painting / "painting.json",
+                       std::string_view(R"({"settings": {"method": "stylemesh", "texture.stop_at_step": 7}})"));
+        touch(go);
+        runs.emplace(program, studio);
+        CHECK(after(*runs, id, "log.jsonl", "ended") == "done");
+        CHECK(has_stop(id));
+    }
+
+    // Canceled instead.
+    begin("0005");
+    runs->cancel();
+    CHECK(after(*runs, "0005", "log.jsonl", "ended") == "canceled");
+    CHECK_FALSE(has_stop("0005"));
 }
 
 TEST_CASE_METHOD(Workshop, "the store is tidied where it was made, and never again once the folder was elsewhere")

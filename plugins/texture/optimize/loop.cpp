@@ -457,9 +457,21 @@ class Loop
                 write_clamped(parameter.values, static_cast<float>(space_.stored_range().first),
                               static_cast<float>(space_.stored_range().second));
         run_.progress(static_cast<double>(step_ + 1), static_cast<double>(end_step_), "steps");
-        if (options_.preview_every > 0 && components_.images != nullptr && step_ % options_.preview_every == 0 &&
-            !data.levels.empty())
-            write_preview(run_.preview_folder(), *components_.images, space_, data, components_.texture, options_.size_px);
+        if (components_.images != nullptr && !data.levels.empty())
+            show(data);
+    }
+
+    /// From the first step on, and seldom enough to take a twentieth of the time.
+    void show(const ViewData& data)
+    {
+        const auto begin = std::chrono::steady_clock::now();
+        const std::chrono::duration<double> least(options_.preview_seconds);
+        if (options_.preview_seconds <= 0 ||
+            (shown_ && begin - *shown_ < std::max(least, std::chrono::duration<double>(20 * showing_))))
+            return;
+        write_preview(run_.preview_folder(), *components_.images, space_, data, components_.texture, options_.size_px);
+        shown_ = std::chrono::steady_clock::now();
+        showing_ = *shown_ - begin;
     }
 
     /// Reports steps that the device has ended, all but the last `pending` of them: with one on its way it always has work.
@@ -538,7 +550,9 @@ class Loop
     std::chrono::steady_clock::duration keeping_{};  ///< Duration of the last time.
     std::int64_t kept_step_ = -1;
     std::int64_t due_step_ = -1;  ///< Step of the last checkpoint that was due, as far as this process knows.
-    std::future<void> writing_;   ///< Writes a checkpoint on another thread; the destructor waits.
+    std::optional<std::chrono::steady_clock::time_point> shown_;
+    std::chrono::steady_clock::duration showing_{};
+    std::future<void> writing_;  ///< Writes a checkpoint on another thread; the destructor waits.
 };
 
 }  // namespace

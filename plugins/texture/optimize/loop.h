@@ -62,7 +62,7 @@ struct LoopOptions
     // How it is run
     std::int64_t checkpoint_steps = 0;  ///< 0 = none. A run whose loss is not finite goes back to one.
     double checkpoint_seconds = 30;     ///< Work that a killed run may lose; 0 = all of it. Of no effect on results.
-    std::int64_t preview_every = 100;   ///< 0 = never.
+    double preview_seconds = 10;        ///< Between previews, or twenty times what one takes; 0 = none.
 };
 
 /// Optimizes a texture until every view, rendered with it, is what the losses want. Goes on from the checkpoint in

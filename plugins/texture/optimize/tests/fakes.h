@@ -226,7 +226,7 @@ inline LoopOptions short_loop(int size_px, int repeats_count, const torch::Devic
             .device = device,
             .schedule = {.repeats_count = repeats_count},
             .checkpoint_seconds = 0,
-            .preview_every = 0};
+            .preview_seconds = 0};
 }
 
 }  // namespace fresco::optimize

@@ -16,7 +16,7 @@ compare() { # NAME
 }
 
 mkdir "$work/build"
-cp framework/package/try.yaml "$work/build/"
+cp framework/package/try.yaml tests/vgg19_relu1_1.safetensors "$work/build/"
 logged paint pipelines "$work/build" build/bin/fresco
 
 # Then the archive is moved.
@@ -25,7 +25,7 @@ bare archive "$here"
 setup=$(step setup)
 (cd build/packages && APPTAINER_ROOTFS=$work/archive sh -ec "$setup")
 chroot "$work/archive" sh -ec "$(step post)"
-cp framework/package/try.yaml "$work/archive/tmp/"
+cp framework/package/try.yaml tests/vgg19_relu1_1.safetensors "$work/archive/tmp/"
 logged as_nobody archive sh -ec "$(step test)"
 logged paint /pipelines /tmp as_nobody archive sh -ec "$(step runscript)" fresco
 compare archive
@@ -38,7 +38,7 @@ bare package "$here"
 docker=build/packages/Dockerfile
 read -r _ files target < <(grep ^COPY "$docker")
 cp build/packages/$files "$work/package$target"
-cp framework/package/try.yaml "$work/package/tmp/"
+cp framework/package/try.yaml tests/vgg19_relu1_1.safetensors "$work/package/tmp/"
 logged in_tree package root sh -ec "$(sed -n 's/^RUN //p' "$docker")"
 entry=$(sed -n 's/^ENTRYPOINT \["\(.*\)"\]$/\1/p' "$docker")
 logged paint /usr/share/fresco/pipelines /tmp as_nobody package "$entry"

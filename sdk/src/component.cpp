@@ -211,6 +211,7 @@ SlotBase::SlotBase(Configurable* owner, std::string name, OptionKind kind, std::
     : Parameter(owner, {.name = std::move(name),
                         .kind = kind,
                         .default_value = parsed_default(default_config),
+                        .required = kind == OptionKind::components && default_config.empty(),
                         .component_kind = std::string(component_kind),
                         .optional = kind == OptionKind::component && default_config.empty(),
                         .chosen_by = std::move(chosen_by),

@@ -4,7 +4,8 @@ source "$(dirname "$0")/../program_test.sh"
 build=$1 source=$2
 
 options='epochs: 1, repeats_count: 2, max_steps: 8, depth_levels: true, theta_d_m: 0.6, protocol: released_matterport3d,
-         angle_limit_deg: 60'
+         angle_limit_deg: 60,
+         losses: {style: {type: loss.gram, features: {type: features.vgg19, weights: "'$source/../vgg19_relu1_1.safetensors'"}}}'
 cat >"$work/scan.yaml" <<YAML
 version: 1
 stages:
@@ -22,7 +23,7 @@ server=$work/server
 mkdir -p "$server/bin" "$server/lib/fresco"
 cp "$build/bin/fresco" "$server/bin/"
 cp -P "$build"/lib/*.so* "$server/lib/"
-for plugin in dataset_read texture_optimize texture_laplacian optimizer_adam loss_patch_match texture_bake; do
+for plugin in dataset_read texture_optimize texture_laplacian optimizer_adam loss_gram features_vgg19 texture_bake; do
     cp "$build/lib/fresco/$plugin".{so,json} "$server/lib/fresco/"
 done
 cp -r "$work/out/room" "$server/room"

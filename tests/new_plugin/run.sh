@@ -28,7 +28,9 @@ for kind in "${kinds[@]}"; do
     FRESCO_PLUGIN_PATH=$folder/build "$fresco" describe "$type" >log
     grep -q "$type" log
     [ "$kind" != layout ] || python3 "$(dirname "$0")/recording.py" "$folder/recording"
-    FRESCO_PLUGIN_PATH=$folder/build "$fresco" run "$folder/pipeline.yaml" --store store --out "out_$kind" >log 2>&1 || { cat log; exit 1; }
+    weights=()
+    [ "$kind" != texture ] || weights=(--set "weights=$(dirname "$0")/../vgg19_relu1_1.safetensors")
+    FRESCO_PLUGIN_PATH=$folder/build "$fresco" run "$folder/pipeline.yaml" "${weights[@]}" --store store --out "out_$kind" >log 2>&1 || { cat log; exit 1; }
     "$cmake" --install "$folder/build" >/dev/null --prefix "$work/prefix"
     "$fresco" describe "$type" >/dev/null  # Beside fresco's own now.
 done

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""resolved.py FRESCO PIPELINES [--write]: every option of every stage of the presets, of the paper's tables and of the losses that weights
-choose, against resolved/NAME.txt.
+"""resolved.py FRESCO PIPELINES [--write]: every option of every stage of the presets and of the paper's tables, against resolved/NAME.txt.
 
 --write makes these files: look at their difference before committing it."""
 import json
@@ -40,7 +39,7 @@ wrong = False
 with tempfile.TemporaryDirectory() as folder:
     scans = pathlib.Path(folder).resolve()
     make_inputs(scans / "scene0000_00")
-    for file in sorted([*pipelines.glob("presets/*.yaml"), *pipelines.glob("paper/table*/*.yaml"), golden.parent / "auto_losses.yaml"]):
+    for file in sorted([*pipelines.glob("presets/*.yaml"), *pipelines.glob("paper/table*/*.yaml")]):
         if file.stem == "preview":
             continue
         kept = golden / (f"{file.parent.name}-{file.stem}" if file.parent.name.startswith("table") else file.stem)

@@ -4,7 +4,6 @@
 #include <fresco/option.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
-#include <fresco/weights/state_dict.h>
 
 #include <ATen/Context.h>
 #include <torch/version.h>
@@ -16,18 +15,6 @@ using namespace fresco::optimize;
 
 namespace
 {
-
-// `losses: auto`
-
-/// Without network weights: the style's own patches, chosen with a say of the recolored camera picture.
-constexpr const char* losses_without_weights = R"({"strokes": {"type": "loss.patch_match"}})";
-
-/// With VGG-19 weights: Gram and content losses, each relative to its target, so that they balance alike for any scaling of the
-/// network and for any layers that the file holds.
-constexpr const char* losses_with_weights = R"({
-    "style":   {"type": "loss.gram", "weight": 1, "center": true, "features": {"type": "features.vgg19", "weights": "${weights}"}},
-    "content": {"type": "loss.content", "weight": 0.2, "relative": true, "features": {"type": "features.vgg19", "weights": "${weights}"}}
-})";
 
 enum class Device
 {
@@ -127,13 +114,11 @@ class TextureOptimize final : public Stage
                           {{"auto", Device::automatic}, {"cpu", Device::cpu}, {"cuda", Device::cuda}},
                           "Where losses are computed",
                           chooses_device};
-    Option<InputFile> weights{this, "weights", InputFile{}, formats(weights::file_formats()),
-                              "VGG-19 weights for `losses: auto`; empty: losses without a network"};
     // In the key: where a run goes back to after a loss that is not finite depends on it.
     Option<int> checkpoint_steps{this, "checkpoint_steps", 200, at_least(0),
                                  "Steps between two checkpoints that a run may roll back to; 0: none"};
 
-    SlotMap<Loss> losses{this, "losses", "auto", "Losses on the rendered views"};
+    SlotMap<Loss> losses{this, "losses", "", "Losses on the rendered views"};
     Slot<TextureRepresentation> representation{this, "texture", "texture.laplacian", "How the texture is stored"};
     Slot<OptimizerRule> optimizer{this, "optimizer",
                                   R"({"type": "optimizer.adam", "mode": "visible", "beta1": 0.9, "beta2": 0.99})",
@@ -141,12 +126,10 @@ class TextureOptimize final : public Stage
     Slot<ImageIo> images{this, optional, "Reads pictures that are not NPY, writes previews; none: only NPY, no previews"};
 
   public:
-    TextureOptimize() { losses.auto_rule("weights", losses_without_weights, losses_with_weights); }
-
     void run(RunContext& run) override
     {
         if (losses->empty())
-            throw Error("option \"losses\" is empty; set at least one, or remove the option");
+            throw Error("option \"losses\" is empty; set at least one");
         if (*stop_gain > 0 && *held_out_count == 0)
             throw Error("option \"stop_gain\" needs held-out views; set held_out_count too");
         constexpr const char* source = "the uv maps on port 'uvmaps'";

@@ -159,6 +159,9 @@ Started Runs::paint(const paint::Settings& settings, const Value& asked, const s
     const fs::path folder = folder_of(id);
     refuse_if_painting();
     fs::create_directories(folder);
+    const auto last = find(id);
+    const Value *scan = asked.find("scan"), *last_scan = last ? last->request.find("scan") : nullptr;
+    const bool is_same_scan = scan != nullptr && last_scan != nullptr && *scan == *last_scan;
     write_durable_file(folder / "painting.yaml", text);
     write_durable_file(folder / "painting.json", to_json(asked));
     if (!look.empty())
@@ -168,6 +171,10 @@ Started Runs::paint(const paint::Settings& settings, const Value& asked, const s
             .folder = folder,
             .log = folder / "log.jsonl",
             .words = {"run", folder / (look.empty() ? "painting.yaml" : "look.yaml")}};
+    if (care == "full")
+        job.first = {"photo_view"};
+    else if (!is_same_scan)
+        job.first = {"mesh_view", "photo_view"};
     const auto add = [&](std::initializer_list<const char*> more)
     { job.words.insert(job.words.end(), more.begin(), more.end()); };
     if (care != "full")
@@ -340,7 +347,7 @@ void Runs::resume()
                 write_durable_file(folder / "state", std::string_view("canceled"));
                 continue;
             }
-            Job job{.id = painting.id, .care = "full", .folder = folder, .log = folder / "log.jsonl"};
+            Job job{.id = painting.id, .care = "full", .folder = folder, .log = folder / "log.jsonl", .first = {"photo_view"}};
             const Value words = parse_json(read_text_file(folder / "words.json"), "words.json");
             for (const Value& word : words.as_list())
                 job.words.push_back(word.as_string());
@@ -396,15 +403,20 @@ void Runs::run(const Job& job)
         keeps_ = job.care == "full" && fs::exists(keep);
     }
     std::ofstream log(job.log, std::ios::trunc);
-    while (run_once(job, log))
+    for (const std::string& stage : job.first)
+        if (!run_once(job, stage, log))
+            return;
+    while (run_once(job, {}, log))
     {
     }
 }
 
-/// Whether it was stopped to be kept, and the next one goes on with it.
-bool Runs::run_once(const Job& job, std::ostream& log)
+/// Runs all, or up to one stage; whether another run has to follow, because there is more or this one was stopped to be kept.
+bool Runs::run_once(const Job& job, const std::string& until, std::ostream& log)
 {
     std::vector<std::string> words = job.words;
+    if (!until.empty())
+        words.insert(words.end(), {"--until", until});
     for (const std::string& word : std::initializer_list<std::string>{"--json-log", "--no-report", "--replace", "--store",
                                                                       studio_ / "store", "--out", job.folder / "out"})
         words.push_back(word);
@@ -436,6 +448,8 @@ bool Runs::run_once(const Job& job, std::ostream& log)
     const ProcessEnd end = end_of(process);
     const std::lock_guard lock(mutex_);
     steps_ = 0;
+    if (!until.empty() && end.exit_code == 0 && !dropped && !ending_)
+        return true;
     const bool again = keeps_ && told && !dropped && !ending_ && end.exit_code != 0;
     if (keeps_ && !dropped && optimization.stopped_at > 0)
         stop_at(job.folder, optimization.stopped_at);

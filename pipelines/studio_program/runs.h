@@ -79,6 +79,7 @@ class Runs
         std::filesystem::path folder{};
         std::filesystem::path log{};
         std::vector<std::string> words{};
+        std::vector<std::string> first{};  ///< Stages whose files the page shows before the long ones begin.
         bool is_painting = true;
         int serial = 0;
     };
@@ -87,7 +88,7 @@ class Runs
     Started start(Job job);
     void work();
     void run(const Job& job);
-    bool run_once(const Job& job, std::ostream& log);
+    bool run_once(const Job& job, const std::string& until, std::ostream& log);
     void resume();
     void tidy_store() const;
 

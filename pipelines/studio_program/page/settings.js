@@ -10,7 +10,7 @@ const few = [
     ["strength.strokes", "texture.mix", "Strength of strokes"],
     ["keep", null, "Keep as photographed"],
     ["walls", null, "Picture for walls"],
-    ["texture.theta_d_m", "texture.optimize", "Size of patterns (theta_d), m", { to: 0.5, step: 0.01 }],
+    ["texture.theta_d_m", "texture.optimize", "Pattern size (theta_d), m", { to: 0.5, step: 0.01 }],
     ["texture.epochs", "texture.optimize", "Visits to each view (epochs)", { to: 20 }],
     ["texture.repeats_count", "texture.optimize", "Steps per visit (repeats)", { to: 20 }],
     ["texture.stop_at_step", "texture.optimize", "Stop at step", { empty: "none" }],

@@ -420,7 +420,7 @@ function tell() {
         at(mode).setAttribute("aria-pressed", at("room").dataset.mode === mode && view.has !== "nothing");
     at("badge").textContent = { nothing: "", mesh: "mesh", photo: watched?.run ? "result" : "photo" }[view.has] ?? (watched?.photo && !watched.end && isMine(watched) ? "as it grows" : shown === "preview" ? "preview" : shown ? `painting ${Number(shown)}` : "");
     at("paint").disabled = !chosen.scan || !chosen.picture || isBusy();
-    at("hint").textContent = isBusy() ? "Changes show when the painting is done." : isStyleMesh(chosen) ? "StyleMesh takes hours and has no preview: Paint shows the texture as it grows, and can be stopped and kept at any step." : "Changes show as a preview first.";
+    at("hint").textContent = isBusy() ? "Changes show when the painting is done." : isStyleMesh(chosen) ? "StyleMesh takes hours and has no preview. It can be stopped and kept at any step." : "Changes show as a preview first.";
     at("undo").disabled = !past.length;
     at("take").hidden = !paintings.some(({ id, state }) => id === shown && state === "done");
     const is_model = folder.scans.some(({ name, kind }) => name === chosen.scan && kind === "model");

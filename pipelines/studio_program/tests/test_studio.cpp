@@ -311,6 +311,7 @@ struct Workshop
                                              "[ \"$1\" = store ] && touch \"${0%/*}/tidied\"\n"
                                              "[ \"$1\" = describe ] && echo 'warning: a plugin is missing' >&2\n"
                                              "[ \"$1\" = run ] || { echo '{}'; exit; }\n"
+                                             "case \"$*\" in *--until*) exit;; esac\n"
                                              "[ -e \"${0%/*}/deaf\" ] && trap '' TERM\n"
                                              "echo '{\"event\":\"begin\"}'\n"
                                              "while [ -e \"${0%/*}/wait\" ]; do sleep 0.02; done\n"
@@ -378,6 +379,7 @@ TEST_CASE_METHOD(Workshop, "StyleMesh is stopped and kept, by the next program i
     write_file(program, std::string_view(
                             "#!/bin/sh\n"
                             "[ \"$1\" = run ] || { echo '{}'; exit; }\n"
+                            "case \"$*\" in *--until*) exit;; esac\n"
                             "grep -q stop_at_step \"$2\" && exit\n"
                             "trap 'echo \"{\\\"event\\\":\\\"message\\\",\\\"stage\\\":\\\"texture\\\","
                             "\\\"text\\\":\\\"stopped after step 7; …\\\"}\"; exit 75' TERM\n"

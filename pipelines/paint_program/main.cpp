@@ -2,6 +2,7 @@
 #include "sheet.h"
 
 #include <fresco/error.h>
+#include <fresco/file_access.h>
 #include <fresco/files_io.h>
 #include <fresco/process.h>
 #include <fresco/value.h>
@@ -14,6 +15,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <set>
+#include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -136,8 +139,10 @@ Words run_words(const Arguments& arguments, const std::string& fresco, bool prev
 /// there.
 int check(const Arguments& arguments, const std::string& text)
 {
-    const fs::path copy = fs::temp_directory_path() / fmt::format("fresco-paint-{}.yaml", getpid());
-    write_file(copy, text);
+    const FileDescriptor memory(memfd_create("room.yaml", MFD_CLOEXEC));
+    const fs::path copy = fmt::format("/proc/{}/fd/{}", getpid(), memory.get());
+    if (write(memory.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+        throw Error("room.yaml cannot be held in memory: " + std::string(std::strerror(errno)));
     Words words{own_folder() / "fresco", "check", fs::path(arguments.out) / "room.yaml", "--text", copy, "--json"};
     for (const std::string& set : arguments.sets)
         words.insert(words.end(), {"--set", set});
@@ -146,7 +151,6 @@ int check(const Arguments& arguments, const std::string& text)
     for (int c = 0; pipe != nullptr && (c = std::getc(pipe)) != EOF;)
         output += static_cast<char>(c);
     const int status = pipe != nullptr ? pclose(pipe) : -1;
-    fs::remove(copy);
     if (status == 0 || output.empty())
         return 0;  // fresco run says what it is.
     const Value found = parse_json(output, "fresco check");
@@ -188,6 +192,48 @@ int prepare(const Arguments& arguments)
     return 0;
 }
 
+/// Throws Error if the program cannot be run.
+[[noreturn]] void become(const Words& words)
+{
+    std::vector<char*> pointers;
+    for (const std::string& word : words)
+        pointers.push_back(const_cast<char*>(word.c_str()));
+    pointers.push_back(nullptr);
+    std::signal(SIGPIPE, SIG_DFL);
+    execv(pointers.front(), pointers.data());
+    throw Error(words.front() + ": cannot be run: " + std::strerror(errno));
+}
+
+/// The run's exit code, as a shell gives it. Passes on the signals that would end this program.
+int run_and_wait(const Words& words)
+{
+    sigset_t heard, before;
+    sigemptyset(&heard);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGCHLD})
+        sigaddset(&heard, number);
+    sigprocmask(SIG_BLOCK, &heard, &before);
+    const pid_t own = getpid(), child = fork();
+    if (child == 0)
+    {
+        prctl(PR_SET_PDEATHSIG, SIGTERM);
+        sigprocmask(SIG_SETMASK, &before, nullptr);
+        if (getppid() == own)
+            become(words);
+        _exit(1);
+    }
+    int status = 0;
+    while (child > 0 && waitpid(child, &status, WNOHANG) == 0)
+    {
+        siginfo_t info = {};
+        const int number = sigwaitinfo(&heard, &info);
+        if (number > 0 && number != SIGCHLD && info.si_code <= 0)  // The terminal's own reach the run without this program.
+            kill(child, number);
+    }
+    if (child < 0)
+        throw Error(words.front() + ": cannot be run: " + std::strerror(errno));
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
 int paint_scan(Arguments& arguments)
 {
     resolve(arguments);
@@ -196,20 +242,11 @@ int paint_scan(Arguments& arguments)
     const bool wants_sheet = arguments.preview && arguments.settings.pictures.size() > 1;
     const Words words = run_words(arguments, own_folder() / "fresco", arguments.preview);
     if (!wants_sheet)
-    {
-        // In its place, so that whoever stops this program stops the run.
-        std::vector<char*> pointers;
-        for (const std::string& word : words)
-            pointers.push_back(const_cast<char*>(word.c_str()));
-        pointers.push_back(nullptr);
-        std::signal(SIGPIPE, SIG_DFL);
-        execv(pointers.front(), pointers.data());
-        throw Error(words.front() + ": cannot be run: " + std::strerror(errno));
-    }
-    const int status = std::system(command_text(words).c_str());
+        become(words);  // So that whoever stops this program stops the run.
+    const int exit_code = run_and_wait(words);
     try
     {
-        if (status == 0)
+        if (exit_code == 0)
             if (const fs::path sheet = write_sheet(fs::path(arguments.out) / "preview"); !sheet.empty())
                 fmt::print(stderr, "{}\n", sheet.string());
     }
@@ -217,7 +254,7 @@ int paint_scan(Arguments& arguments)
     {
         fmt::print(stderr, "warning: no sheet of the pictures: {}\n", error.what());
     }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return exit_code;
 }
 
 void add_options(CLI::App& app, Arguments& arguments)

@@ -80,6 +80,9 @@ class Writer
             quoted(settings_.scan.string()));
         if (!settings_.weights.empty())
             add("  weights: {}", quoted(settings_.weights.string()));
+        for (const char* name : {"unit_m", "up"})
+            if (kind_ != ScanKind::recording && has(name))
+                add("  {}: {}", name, to_json(chosen_.at(name)));
         if (settings_.pictures.size() == 1)
             add("  picture: {}", quoted(settings_.pictures.front().string()));
         else
@@ -121,7 +124,7 @@ class Writer
             add("  walls_mix: {{input: {{{}}}}}", photo);
         if (has_regions())
             add("  mixed: {{input: {{{}, regions: sight.regions}}}}", photo);
-        add("  bake: {{input: {{mesh: sight.mesh}}}}");
+        add("  bake: {{input: {{mesh: sight.mesh}}}}\n  view: {{error_share: 0}}");
         return text_;
     }
 
@@ -175,9 +178,8 @@ class Writer
     {
         if (!is_among(name, exports()))
             throw UsageError(name + ": expected " + join(exports()));
-        if ((name == "views" || name == "video") && kind_ == ScanKind::model)
-            throw UsageError(
-                fmt::format("--with {}: a model has no cameras to show it from; --with page shows it in a browser", name));
+        if (name == "video" && kind_ == ScanKind::model)
+            throw UsageError("--with video: a model has no cameras that it could follow; --with page shows it in a browser");
     }
 
     void check() const
@@ -287,13 +289,16 @@ class Writer
                 "  mesh_view: {{type: export.gltf, input: {{mesh: mesh{0}, path: mesh.glb}}\n"
                 "  photo_bake: {{type: texture.bake, input: {{texture: photo, mesh: atlas}}}}\n"
                 "  photo_view: {{type: export.gltf, input: {{textured_mesh: photo_bake{0}, path: photo.glb, image_format: "
-                "jpeg}}\n"
-                "  view: {{type: export.gltf, input: {{textured_mesh: bake{0}, path: view.glb, image_format: jpeg}}",
+                "jpeg, error_share: 0.0005}}\n"
+                "  view: {{type: export.gltf, input: {{textured_mesh: bake{0}, path: view.glb, image_format: jpeg, error_share: "
+                "0.0005}}",
                 inputs_end());
         if (kind_ != ScanKind::model && frames_ == "align" && !wants("video"))
             add("  video: ~{}", settings_.for_page ? "" : "  # not wanted; --with video makes one");
         if (kind_ != ScanKind::model && settings_.for_page)
             add("  views: ~");
+        else if (kind_ == ScanKind::model && (wants("views") || settings_.pictures.size() > 1))
+            add("  views: {{type: render.views, input: {{mesh: bake}}, up: \"${{up}}\"}}  # from four sides");
         else if (kind_ != ScanKind::model && !wants("views"))
             add("  views: {{every_count: 8}}  # every 8th frame as a picture; all: --with views");
         if (settings_.for_page)
@@ -360,7 +365,8 @@ void check_chosen(const Value& chosen)
         const bool is_keep = key == "keep" && value.is_list() && !value.as_list().empty() &&
                              std::ranges::all_of(value.as_list(), [](const Value& region)
                                                  { return region.is_string() && is_name(region.as_string()); });
-        if (!is_option && !is_strength && !is_keep && !(key == "walls" && value.is_string()))
+        const bool is_of_file = (key == "unit_m" && value.is_number()) || (key == "up" && value.is_string());
+        if (!is_option && !is_strength && !is_keep && !is_of_file && !(key == "walls" && value.is_string()))
             throw UsageError(key + ": not a setting of a painting");
     }
 }

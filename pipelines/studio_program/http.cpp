@@ -71,6 +71,8 @@ void add_head(http::fields& fields, const Response& response)
     fields.set("X-Content-Type-Options", "nosniff");
     fields.set("Referrer-Policy", "no-referrer");
     fields.set("Cross-Origin-Resource-Policy", "same-origin");
+    if (!response.tag.empty())
+        fields.set(http::field::etag, response.tag);
     if (!response.location.empty())
         fields.set(http::field::location, response.location);
     if (!response.download.empty())

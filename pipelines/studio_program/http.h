@@ -34,6 +34,7 @@ struct Response
     std::filesystem::path file{};  ///< Sent instead of the body.
     std::string location{};        ///< The address that a status of 303 leads to.
     std::string download{};        ///< Name under which the browser saves it; empty: it shows it.
+    std::string tag{};             ///< Another file at the same address has another one.
 };
 
 /// {"error": text}

@@ -24,6 +24,7 @@
 #include <map>
 #include <mutex>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -52,6 +53,20 @@ bool is_only_watched(const fs::path& folder)
     return fs::exists(folder / "progress.jsonl") && !fs::exists(folder / ".fresco-studio");
 }
 
+/// Tells the log of one run from that of the next in the same place, which may even get its inode. It is weak (W/) while the run
+/// goes on, which locks its log until it ends or is killed.
+std::string log_tag(const fs::path& log)
+{
+    const FileDescriptor file(open(log.c_str(), O_RDONLY | O_CLOEXEC));
+    struct statx status = {};
+    statx(file.get(), "", AT_EMPTY_PATH, STATX_INO | STATX_BTIME, &status);
+    struct flock lock = {};
+    lock.l_type = F_RDLCK;
+    const bool is_locked = fcntl(file.get(), F_OFD_GETLK, &lock) != 0 || lock.l_type != F_UNLCK;
+    return fmt::format("{}\"{}-{}-{}\"", is_locked ? "W/" : "", status.stx_ino, status.stx_btime.tv_sec,
+                       status.stx_btime.tv_nsec);
+}
+
 class Studio
 {
   public:
@@ -63,7 +78,7 @@ class Studio
         std::error_code error;
         pictures_ = fs::canonical(pictures_, error);
         declarations_ = Value::Map{};
-        for (const char* type : {"texture.synthesize", "atlas.project", "texture.relief", "texture.mix"})
+        for (const char* type : {"texture.synthesize", "atlas.project", "texture.relief", "texture.mix", "scan.mesh"})
             declare(type);
         const Value types = parse_json(runs_.answer_of({"stages", "--json"}), "stages");
         for (const Value& type : types.at("types").as_list())
@@ -169,7 +184,9 @@ class Studio
         if (path.starts_with("painting/"))
             return painting_file(path.substr(9), request);
         if (path.starts_with("run/"))
-            return file_response(below(folder_, path.substr(4)), {".jsonl", ".png", ".jpg", ".glb"}, request);
+            return file_response(
+                below(folder_, path.substr(4)),
+                {".jsonl", ".png", ".jpg", ".glb", ".gltf", ".bin", ".obj", ".ply", ".splat", ".spz", ".jpeg", ".webp"}, request);
         return refusal(404, "there is nothing at this address");
     }
 
@@ -308,6 +325,7 @@ class Studio
             response.body.resize(std::size_t{1} << 20U);  // The page asks on.
             stream.read(response.body.data(), static_cast<std::streamsize>(response.body.size()));
             response.body.resize(static_cast<std::size_t>(stream.gcount()));
+            response.tag = log_tag(*file);
             response.file.clear();
         }
         // Never shown as a page of this address, whatever it holds.

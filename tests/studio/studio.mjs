@@ -129,6 +129,25 @@ const stored = execFileSync("bash", ["-c", command.replace(" fresco ", ` ${fresc
 assert(!stored.includes('"event":"begin"'), stored);
 await browser.click("dialog button");
 
+// Pictures in the list: what was painted last, or else what the page draws of a model, of all of its primitives and nodes.
+const pair = { at: 0, views: [] };
+const block = values => { pair.views.push({ buffer: 0, byteOffset: pair.at, byteLength: values.byteLength }); pair.at += values.byteLength; return Buffer.from(values.buffer); };
+const binary = Buffer.concat([block(Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0)), block(Uint16Array.of(0, 1, 2, 0))]);
+const primitive = { attributes: { POSITION: 0 }, indices: 1 };
+const json = Buffer.from(JSON.stringify({ asset: { version: "2.0" }, scenes: [{ nodes: [0] }], nodes: [{ children: [1, 2], scale: [2, 2, 2] }, { mesh: 0 }, { mesh: 0, translation: [0, 0, 1] }], meshes: [{ primitives: [primitive, primitive] }], buffers: [{ byteLength: pair.at }],
+    bufferViews: pair.views, accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: "VEC3", min: [0, 0, 0], max: [1, 1, 0] }, { bufferView: 1, componentType: 5123, count: 3, type: "SCALAR" }] }));
+const text = Buffer.concat([json, Buffer.alloc((4 - json.length % 4) % 4, " ")]), sizes = Uint32Array.of(0x46546c67, 2, 28 + text.length + binary.length, text.length, 0x4e4f534a);
+writeFileSync(join(folder, "pair.glb"), Buffer.concat([Buffer.from(sizes.buffer), text, Buffer.from(Uint32Array.of(binary.length, 0x4e4942).buffer), binary]));
+writeFileSync(join(folder, "broken.glb"), "glTF");
+await browser.evaluate(`window.dispatchEvent(new Event("focus"))`);
+const shownOf = name => `document.querySelector('#scans [data-name="${name}"] img')?.getAttribute("src")`;
+await until(browser, `${shownOf("pair.glb")}?.startsWith("blob:")`);
+assert.match(await browser.evaluate(shownOf("room.glb")), /^painting\/0002\/thumb.jpg/);
+assert.equal(await browser.evaluate(`document.querySelector('#scans [data-name="broken.glb"] .shape').textContent`), "GLB");
+assert.deepEqual(await browser.evaluate(`fetch("run/pair.glb").then(answer => answer.arrayBuffer()).then(bytes => { const { triangles, low, extent } = roomOf(bytes); return [triangles, ...low, ...extent.slice(0, 2), extent[2]]; })`), [4, 0, 0, 0, 2, 2, 2]);
+for (const name of ["pair.glb", "broken.glb"])
+    rmSync(join(folder, name));
+
 // Killed in the middle of a painting; the next one goes on with it.
 await setting(browser, "texture.seed", 3);
 await ready(browser, "preview");

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -476,10 +477,12 @@ class JsonDisplay final : public ProgressDisplay
         if (!stage.empty())
             all.emplace_back("stage", stage);
         all.insert(all.end(), entries.begin(), entries.end());
+        all.emplace_back("time_s", std::round(1000 * since(begin_)) / 1000);
         std::fputs((to_json(Value(std::move(all))) + "\n").c_str(), file_);
         std::fflush(file_);
     }
 
+    Clock::time_point begin_ = Clock::now();
     std::FILE* file_;
     std::unique_ptr<ProgressDisplay> next_;
 };

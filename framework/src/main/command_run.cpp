@@ -24,6 +24,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <optional>
 #include <string_view>
@@ -136,6 +137,10 @@ class ProgressFile
         file_.reset(std::fopen(path.c_str(), "wxe"));
         if (!file_)
             throw Error(path.string() + ": cannot be written: " + std::strerror(errno));
+        // Whoever watches the run sees by the lock that it has not been killed.
+        struct flock lock = {};
+        lock.l_type = F_WRLCK;
+        fcntl(fileno(file()), F_OFD_SETLK, &lock);
     }
 
     std::FILE* file() const { return file_.get(); }

@@ -156,13 +156,17 @@ TEST_CASE("every setting is a line of the pipeline file, which fits the plugins"
     CHECK(place.fits(model));
     CHECK(contains(text_of(model), "type: export.gltf"));
     CHECK(text_of(model).find("room.obj") == std::string::npos);  // export.model writes it.
-    model.chosen = Value::Map{{"strength.color", 0.5}};
+    CHECK(text_of(model).find("render.views") == std::string::npos);
+    model.chosen = Value::Map{{"strength.color", 0.5}, {"up", "z"}, {"unit_m", 0.001}};
     model.pictures.push_back(place.file("it's b.png"));
     CHECK(place.fits(model));
+    for (const char* part :
+         {"\n  unit_m: 0.001\n  up: \"z\"\n", "views: {type: render.views, input: {mesh: bake}, up: \"${up}\""})
+        CHECK(contains(text_of(model), part));
 
     place.write("a.splat", std::string(32, '\1'));
     Settings splats = place.settings("a.splat");
-    splats.chosen.set("keep", Value::List{"floor"});
+    splats.chosen = Value::Map{{"keep", Value::List{"floor"}}, {"up", "-y"}, {"unit_m", 2}};
     splats.with = exports();
     CHECK(place.fits(splats));
     for (const char* part : {"base: splat.yaml", "{mesh: atlas, frames: scan}", "{mesh: bake, frames: scan}"})
@@ -313,7 +317,7 @@ TEST_CASE("wrong inputs end before anything is written, and say what to do")
         {{"my scan", "a.png", "--stylemesh"}, 2, {"--stylemesh needs --weights"}},
         {{"my scan", "a.png", "--weights", "vgg.pth"}, 2, {"--weights is for --stylemesh"}},
         {{"my scan", "a.png", "a.png"}, 2, {"a picture is named twice"}},
-        {{"chair.obj", "a.png", "--with", "views"}, 2, {"a model has no cameras"}},
+        {{"chair.obj", "a.png", "--with", "video"}, 2, {"a model has no cameras"}},
     };
     for (const Case& c : cases)
     {
@@ -324,6 +328,33 @@ TEST_CASE("wrong inputs end before anything is written, and say what to do")
             CHECK(contains(finished.err + finished.out, words));
         CHECK(!fs::exists(place.file("out")));
     }
+}
+
+TEST_CASE("a signal that ends the program while it waits for a sheet ends the run, too")
+{
+    const Workplace place;
+    place.write("wall.obj", "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nf 1 2 3 4\n");
+    for (const char* name : {"a.png", "it's b.png"})
+    {
+        cv::Mat noise(256, 256, CV_8UC3);
+        cv::randu(noise, 0, 255);
+        cv::imwrite(place.file(name), noise);
+    }
+    Background painting({FRESCO_PAINT, "wall.obj", "a.png", "it's b.png", "--preview", "--size", "4096", "--stroke-cm", "0.5"},
+                        {{"XDG_CACHE_HOME", place.file("cache")}}, place.file("."), place.file("out.log"), place.file("err.log"));
+    const std::string events = "out/wall/preview/progress.jsonl";
+    wait_until(
+        [&]
+        {
+            const bool has_begun = fs::exists(place.file(events));
+            return has_begun && place.read(events).find("\"begin\",\"stage\":\"texture") != std::string::npos;
+        });
+    const pid_t run = painting.a_child();
+    painting.signal(SIGTERM);
+    CHECK(painting.wait().code > 0);
+    CHECK(kill(run, 0) != 0);
+    CHECK_FALSE(contains(place.read(events), "\"summary\",\"exit_code\":0"));
+    CHECK_FALSE(fs::exists(place.file("out/wall/preview/sheet.jpg")));
 }
 
 TEST_CASE("completion offers options and files")

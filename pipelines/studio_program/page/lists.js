@@ -18,9 +18,11 @@ function choice(name, chosen, choose, ...children) {
     return button;
 }
 
-function showScans(place, scans, chosen, choose) {
-    replaceKeepingFocus(place, scans.length ? scans.map(({ name, kind, layout, thumbnail }) => {
-        const picture = thumbnail ? element("img", { src: `picture/${addressOf(thumbnail)}`, alt: "", loading: "lazy" })
+/// `pictureOf(scan)`: the address of its picture, or null.
+function showScans(place, scans, chosen, choose, pictureOf) {
+    replaceKeepingFocus(place, scans.length ? scans.map(scan => {
+        const { name, kind, layout } = scan, src = pictureOf(scan);
+        const picture = src ? element("img", { src, alt: "", loading: "lazy" })
             : element("span", { className: "shape", textContent: kind === "recording" ? "scan" : name.split(".").at(-1).toUpperCase() });
         const words = element("span", {}, element("strong", { textContent: name === "." ? "this folder" : name }),
             element("small", { textContent: kind !== "recording" ? kind : layout.replace("layout.", "").replaceAll("_", " ") }));

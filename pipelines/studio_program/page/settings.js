@@ -15,7 +15,7 @@ const few = [
     ["texture.repeats_count", "texture.optimize", "Steps per visit (repeats)", { to: 20 }],
     ["texture.stop_at_step", "texture.optimize", "Stop at step", { empty: "none" }],
     ["atlas.size_px", "atlas.project", "Size of the texture, px", { choices: [1024, 2048, 4096], both: true }],
-    ["relief.height_mm", "texture.relief", "Relief, mm", { off: true, to: 10, step: 0.5, both: true }],
+    ["relief.height_mm", "texture.relief", "Relief, mm", { off: true, to: 10, step: 0.5, both: true, of: ["recording", "splat"] }],  // export.model keeps materials.
 ];
 const rest = [
     ...["direction", "recolor", "levels_count", "rounds_count"].map(name => [`texture.${name}`, "texture.synthesize", name.replace("_count", "").replace(/^./, first => first.toUpperCase())]),
@@ -27,6 +27,11 @@ const rest = [
 ];
 /// What pipelines/stylemesh.yaml sets in place of the plugins' defaults.
 const of_stylemesh = { "texture.theta_d_m": 0.12, "texture.epochs": 7, "texture.repeats_count": 10, "texture.init": "zeros", "texture.angle_limit_deg": 30, "texture.lambda_r": 5000, "texture.rate": 1, "atlas.size_px": 4096 };
+const of_file = [
+    ["unit_m", "scan.mesh", "Meters per unit of the file", { of: ["model", "splat"], both: true }],
+    ["up", "texture.synthesize", "Which way is up", { of: ["model", "splat"], both: true }],
+];
+const of_file_asked = /\b(?:set|option|does) (unit_m|up)\b|^(up): /;  // Texts that ask for one of them.
 const regions = ["floor", "walls", "ceiling", "furniture"];
 
 const element = (name, properties = {}, ...children) => {
@@ -41,13 +46,14 @@ class Settings {
         this.values = {};
         this.rows = new Map();
         this.changed = changed;
-        for (const [list, place] of [[few, "settings"], [rest, "more_settings"]])
+        for (const [list, place] of [[few, "settings"], [of_file, "more_settings"], [rest, "more_settings"]])
             for (const [name, type, label, more = {}] of list) {
                 if (type && !declarations[type])
                     continue;
-                const option = type && declarations[type].declaration.options.find(each => each.name === name.split(".")[1]);
+                const option = type && declarations[type].declaration.options.find(each => each.name === name.split(".").at(-1));
                 const row = name === "method" ? this.method(label) : name === "keep" ? this.keeping(label) : name === "walls" ? this.walls(label) : this.row(name, label, option, more);
                 row.method = more.both || name === "method" ? null : type === "texture.optimize" ? "stylemesh" : "strokes";
+                row.of = more.of;
                 this.rows.set(name, row);
                 document.getElementById(place).append(row.box);
             }
@@ -59,13 +65,14 @@ class Settings {
             delete this.values[name];
         else
             this.values[name] = value;
+        this.rows.get(name).box.querySelector(".advice")?.remove();
         this.show(this.values);
         this.changed();
     }
 
     /// What holds where nothing is chosen.
     usual(name, option) {
-        return (this.values.method && of_stylemesh[name]) ?? option.default;
+        return (this.values.method && of_stylemesh[name]) ?? (name === "up" && this.kind === "model" ? "y" : option.default);  // model.yaml has y up.
     }
 
     /// Those of `values` that another method has, too.
@@ -85,12 +92,22 @@ class Settings {
         }
     }
 
-    /// Shows an error at the setting that it names; false: it names none.
-    complain(text) {
-        const name = [...this.rows.keys()].filter(each => each !== "method" && this.values[each] !== undefined && text.includes(each.split(".").at(-1))).at(0);
-        if (name)
-            this.rows.get(name).box.append(element("p", { className: "error", textContent: text }));
-        return Boolean(name);
+    /// Shows an error at the setting that it names, where there is one.
+    complain(text, className = "error") {
+        const name = of_file_asked.exec(text)?.slice(1).find(Boolean) ?? [...this.rows.keys()].find(each => each !== "method" && this.values[each] !== undefined && text.includes(each.split(".").at(-1)));
+        if (!name)
+            return;
+        const { box } = this.rows.get(name);
+        box.querySelector(`.${className}`)?.remove();
+        box.append(element("p", { className, textContent: text }));
+        if (box.closest("details"))
+            box.closest("details").open = true;
+    }
+
+    /// Shows warnings about the file that a setting would answer, until it is set or another scan is chosen.
+    advise(warnings) {
+        for (const text of warnings.filter(each => of_file_asked.test(each)))
+            this.complain(text, "advice");
     }
 
     box(name, label, help, ...controls) {
@@ -180,9 +197,14 @@ class Settings {
         return { box: this.box("walls", label, "Another picture for walls and ceiling (texture.regions)", this.wall_pictures), show: given => { this.wall_pictures.value = given ?? ""; } };
     }
 
-    /// export.model keeps a model's materials as they are.
-    offerRelief(offered) {
-        this.rows.get("relief.height_mm").box.hidden = !offered;
+    /// Offers what goes with that kind of scan.
+    suit(kind, scan) {
+        if (scan !== this.scan)
+            document.querySelectorAll(".advice").forEach(each => each.remove());
+        Object.assign(this, { kind, scan });
+        for (const { box, of } of this.rows.values())
+            box.hidden = Boolean(of && !of.includes(kind));
+        this.rows.get("up").show(this.values.up);
     }
 
     offer(pictures) {

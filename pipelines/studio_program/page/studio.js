@@ -26,6 +26,7 @@ let paintings = [], running = null, watched = null, seen_serial = 0, shown = nul
 let lack = "The studio is looking for StyleMesh's weights.";  // Why StyleMesh cannot be chosen.
 let later = false;  // Something was changed during a painting: its preview follows.
 const view = new View(at("room"));
+const thumbnails = new Thumbnails(() => tell());
 
 const isBusy = () => running?.care === "full";
 
@@ -48,31 +49,51 @@ function guarded(action) {
 /// Follows the events of one run until it ends. `log`: their address; `out`: where its results are.
 class Watch {
     constructor(log, out, care) {
-        Object.assign(this, { log, out, care, from: 0, rest: "", stages: new Map(), files: new Set(), problems: [], newest: null, grown_at: 0, pause_ms: 1500, note: "" });
+        Object.assign(this, { log, out, care });
+        this.reset();
+    }
+
+    reset() {
+        Object.assign(this, { from: 0, tag: null, stages: new Map(), files: new Set(), problems: [], warnings: [], newest: null, grown_at: 0, pause_ms: 1500, note: "", end: null, over: false, is_killed: false, is_shown: false });
+        this.zero = this.heard_at = performance.now() / 1000;  // When the run began, as far as its events tell.
+    }
+
+    /// Seconds since the run began.
+    get clock_s() {
+        return performance.now() / 1000 - this.zero;
     }
 
     async poll() {
         const response = await fetch(`${this.log}?optional&from=${this.from}`);
         if (response.status !== 200)
             return;
+        const [, is_open, tag] = response.headers.get("etag").match(/^(W\/)?(.*)$/);
+        if (this.tag && tag !== this.tag)
+            return this.reset();  // Another run has taken its place.
+        this.tag = tag;
         const bytes = new Uint8Array(await response.arrayBuffer());
         const end = bytes.lastIndexOf(10) + 1;  // Whole lines only: the last one may be on its way.
         this.from += end;
         const lines = new TextDecoder().decode(bytes.subarray(0, end)).split("\n").filter(Boolean);
         for (const line of lines)
             this.take(JSON.parse(line));
+        if (lines.length)
+            this.heard_at = performance.now() / 1000;
+        // What still writes them locks them, but not all file systems tell.
+        this.is_killed = this.care === "elsewhere" && !this.end && !is_open && performance.now() / 1000 - this.heard_at > 5;
     }
 
     take(event) {
-        const { stage } = event;
+        const { stage, time_s = this.clock_s } = event;
+        this.zero = Math.min(this.zero, performance.now() / 1000 - time_s);
         if (event.event === "stages") {
             for (const { stage: name, state, expected_s } of event.stages)
                 if (state === "waiting" || state === "stored")
                     this.stages.set(name, { state: state === "stored" ? "done" : state, expected_s });
         } else if (event.event === "begin")
-            this.stages.set(stage, { ...this.stages.get(stage), state: "running", began: performance.now(), begun: performance.now() });
+            this.stages.set(stage, { ...this.stages.get(stage), state: "running", began: time_s, begun: time_s });
         else if (event.event === "progress")
-            this.advance(stage, event);
+            this.advance(stage, event, time_s);
         else if (event.event === "end") {
             this.stages.set(stage, { ...this.stages.get(stage), state: { failed: "failed", interrupted: "waiting" }[event.state] ?? "done" });
             if (event.error)
@@ -81,17 +102,19 @@ class Watch {
             this.files.add(`${stage}/${event.path}`);
         else if (event.event === "problems")
             this.problems.push(...event.problems.map(problem => problem.text ?? problem.message));
-        else if (event.event === "message" || event.event === "warning" || event.event === "note")
+        else if (event.event === "message" || event.event === "warning" || event.event === "note") {
             this.note = event.text;
-        else if (event.event === "ended" || (event.event === "summary" && this.care === "elsewhere"))
+            if (event.event === "warning")
+                this.warnings.push(event.text);
+        } else if (event.event === "ended" || (event.event === "summary" && this.care === "elsewhere"))
             this.end = event;
     }
 
-    advance(stage, { done, total, unit }) {
+    advance(stage, { done, total, unit }, time_s) {
         const known = this.stages.get(stage) ?? { state: "running" };
         if (known.total !== total || known.unit !== unit || done < known.done)
-            Object.assign(known, { first: done, began: performance.now() });
-        this.stages.set(stage, Object.assign(known, { done, total, unit }));
+            Object.assign(known, { first: done, began: time_s });
+        this.stages.set(stage, Object.assign(known, { done, total, unit, heard: time_s }));
     }
 
     has(stage) {
@@ -99,13 +122,13 @@ class Watch {
     }
 
     /// Seconds that a stage still takes, by its past runs or else by its rate; 0: unknown.
-    leftOf({ state, expected_s = 0, begun, began, done, first, total }) {
+    leftOf({ state, expected_s = 0, begun, began, done, first, total, heard }) {
         if (state === "waiting")
             return expected_s;
         if (state !== "running")
             return 0;
-        const rate = done > first ? (done - first) / (performance.now() - began) : 0;
-        return Math.max(0, expected_s - (performance.now() - begun) / 1000) || (rate ? (total - done) / rate / 1000 : 0);
+        const rate = done > first && heard > began ? (done - first) / (heard - began) : 0;
+        return Math.max(0, expected_s - (this.clock_s - begun)) || (rate ? Math.max(0, (total - done) / rate - (this.clock_s - heard)) : 0);
     }
 
     /// Seconds that the whole run still takes, as far as its stages ran before.
@@ -133,8 +156,8 @@ function showProgress() {
         return;
     const now = watched.now;
     at("what").textContent = care_names[watched.care];
-    at("detail").textContent = now ? [now.name, now.text || watched.note].filter(Boolean).join(" · ") : "starting";
-    at("left").textContent = watched.left_s ? `about ${duration(watched.left_s)} left` : "";
+    at("detail").textContent = watched.is_killed ? "ended without a word: it was killed. Started again, it goes on" : now ? [now.name, now.text || watched.note].filter(Boolean).join(" · ") : "starting";
+    at("left").textContent = watched.left_s && !watched.is_killed ? `about ${duration(watched.left_s)} left` : "";
     at("bar").firstElementChild.style.width = `${100 * (now?.share ?? 0)}%`;
     at("cancel").hidden = watched.care === "elsewhere";
     const keeps = running?.keeps, steps = watched.stages.get("texture");
@@ -225,8 +248,9 @@ async function showElsewhere(run) {
     const stage = run.now?.name;
     if (stage && performance.now() - run.grown_at > 2000) {
         run.grown_at = performance.now();
+        const [own, combination] = stage.split("@");  // A sweep has a folder for each of its combinations.
         for (const name of ["view.png", "texture.png"]) {
-            const response = await fetch(`${run.out}progress/${encodeURIComponent(stage)}/${name}?optional`);
+            const response = await fetch(`${run.out}${combination ? `${encodeURIComponent(combination)}/` : ""}progress/${encodeURIComponent(own)}/${name}?optional`);
             if (response.status !== 200)
                 continue;
             URL.revokeObjectURL(at("newest").src);
@@ -237,10 +261,16 @@ async function showElsewhere(run) {
     at("newest").hidden = !stage || !at("newest").src;
     const file = [...run.files].map(each => each.slice(each.indexOf("/") + 1)).find(each => each.endsWith(".glb"));
     const base = run.run === "." ? folder.folder : `${folder.folder}/${run.run}`;
-    if (run.end && file?.startsWith(`${base}/`)) {
-        at("newest").hidden = true;
-        const bytes = await bytesAt(run.out + addressOf(file.slice(base.length + 1)));
+    if (!run.end || run.is_shown || !file?.startsWith(`${base}/`))
+        return;
+    run.is_shown = true;
+    at("newest").hidden = true;
+    const name = file.slice(base.length + 1);
+    const bytes = await bytesAt(run.out + addressOf(name));
+    try {
         await view.photographed(bytes);
+    } catch (error) {
+        complain(`${name} cannot be shown here: ${error.message}`);
     }
 }
 
@@ -261,9 +291,11 @@ async function ended(run) {
         return say("canceled");
     if (run.care === "export")
         return offerFiles(run);
+    if (isMine(run))
+        settings.advise(run.warnings);
     if (run.only_photo)
         return say("StyleMesh has no preview: this is the photo");
-    say(`${care_names[run.care].toLowerCase()} ready in ${duration((performance.now() - run.began) / 1000)}`);
+    say(`${care_names[run.care].toLowerCase()} ready in ${duration(Math.max((performance.now() - run.began) / 1000, run.clock_s))}`);
     if (run.care === "quick" && run === watched && run.again)
         await paint("preview");
     if (run.care === "full") {
@@ -411,9 +443,17 @@ const undo = guarded(async () => {
 
 const lackOf = scan => folder.scans.some(({ name, kind }) => name === scan && kind !== "recording") ? "StyleMesh paints through the pictures of a recording, which a model or splats do not have" : lack;
 
+/// A recording's own picture; of anything else what was painted of it last, or else what the page draws.
+function pictureOfScan({ name, thumbnail }) {
+    if (thumbnail)
+        return `picture/${addressOf(thumbnail)}`;
+    const painting = paintings.find(each => each.request.scan === name && each.thumbnail);
+    return painting ? `painting/${painting.id}/thumb.jpg?${versions.get(painting.id) ?? ""}` : thumbnails.at(name);
+}
+
 function tell() {
     at("empty").hidden = view.has !== "nothing";
-    at("empty").textContent = watched?.run ? "The result appears here when the run has written a GLB." : chosen.scan ? "Preparing the scan: the mesh appears first, then the photo, then the painting." : folder.scans.length ? "Choose a scan on the left." : "Drop a model here: a GLB or a PLY.";
+    at("empty").textContent = watched?.run ? (watched.over ? "This run has written no GLB that could be shown here." : "The result appears here when the run has written a GLB.") : chosen.scan ? "Preparing the scan: the mesh appears first, then the photo, then the painting." : folder.scans.length ? "Choose a scan on the left." : "Drop a model here: a GLB or a PLY.";
     at("tools").hidden = view.has === "nothing";
     at("mixing").hidden = view.has !== "painting";
     for (const mode of ["walk", "orbit"])
@@ -423,11 +463,11 @@ function tell() {
     at("hint").textContent = isBusy() ? "Changes show when the painting is done." : isStyleMesh(chosen) ? "StyleMesh takes hours and has no preview. It can be stopped and kept at any step." : "Changes show as a preview first.";
     at("undo").disabled = !past.length;
     at("take").hidden = !paintings.some(({ id, state }) => id === shown && state === "done");
-    const is_model = folder.scans.some(({ name, kind }) => name === chosen.scan && kind === "model");
-    at("take").querySelector("[data-kind=video]").hidden = is_model;  // It follows a recording's cameras.
-    settings?.offerRelief(!is_model);
+    const kind = folder.scans.find(({ name }) => name === chosen.scan)?.kind;
+    at("take").querySelector("[data-kind=video]").hidden = kind === "model";  // It follows a recording's cameras.
+    settings?.suit(kind, chosen.scan);
     settings?.offerStyleMesh(lackOf(chosen.scan));
-    showScans(at("scans"), folder.scans, chosen.scan, scan => scan !== chosen.scan && choose({ scan }));
+    showScans(at("scans"), folder.scans, chosen.scan, scan => scan !== chosen.scan && choose({ scan }), pictureOfScan);
     showPictures(at("pictures"), [...folder.pictures, ...folder.shipped], chosen.picture, picture => picture !== chosen.picture && choose({ picture }));
     at("cut").hidden = !folder.is_cut;
     at("watched").hidden = !folder.runs.length;
@@ -489,7 +529,7 @@ async function step() {
         later = false;
         preview();
     }
-    if (!run || run.over)
+    if (!run || (run.over && run.care !== "elsewhere"))
         return;
     await run.poll();
     showProgress();
@@ -499,7 +539,7 @@ async function step() {
         await showResults(run);
         await showGrowth(run);
     }
-    if (run.end && watched === run) {
+    if (run.end && watched === run && !run.over) {
         run.over = true;
         running = null;
         tell();

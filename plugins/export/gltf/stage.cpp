@@ -1,15 +1,19 @@
 #include <fresco/files.h>
 #include <fresco/files_io.h>
 #include <fresco/geometry/upright.h>
+#include <fresco/numerics/numerics.h>
 #include <fresco/reader.h>
 #include <fresco/relief.h>
+#include <fresco/rendering/simplified.h>
 #include <fresco/stage.h>
 #include <fresco/texturing/exports.h>
 #include <fresco/texturing/glb.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <string>
 
 using namespace fresco;
@@ -26,6 +30,9 @@ class ExportGltf final : public Stage
     Option<std::string> material{
         this, "material", "unlit", one_of({"unlit", "pbr"}),
         "unlit: as painted (KHR_materials_unlit); pbr: lit, rough, smooth normals; always pbr with a relief or without colors"};
+    Option<double> error_share{this, "error_share", 0, range(0, 0.1),
+                               "With a picture: leave out vertices that lie nearer than this share of the mesh's longest side to "
+                               "the surface between others; 0: keep all"};
     PictureOptions picture{this};
     geometry::UprightOption up{this};
 
@@ -53,8 +60,17 @@ class ExportGltf final : public Stage
         PictureOptions::Encoded image;
         if (exported.has_picture())
             image = picture.encoded(exported.textured(), picture.extension(), run);
+        std::optional<TexturedMesh> simplified;
+        if (*error_share > 0 && exported.has_picture())
+        {
+            numerics::Bounds<float> box;
+            for (const Vec3f corner : exported.mesh().positions)
+                box.add(corner);
+            const Vec3f size = box.high - box.low;
+            simplified = rendering::simplified(exported.textured(), *error_share * std::max({size.x, size.y, size.z}));
+        }
         // The colors of a mesh with a picture would darken it.
-        WeldedMesh welded = weld(exported.mesh(), !exported.has_picture());
+        WeldedMesh welded = weld(simplified ? simplified->mesh : exported.mesh(), !exported.has_picture());
         if (relief.has_value())
         {
             add_tangents(welded);
@@ -112,4 +128,5 @@ class GlbOrigin final : public FileOrigin
 }  // namespace
 
 FRESCO_STAGE("export.gltf", ExportGltf, "Writes a mesh with or without its picture as binary glTF 2.0 (GLB)")
+FRESCO_LIBRARY("meshoptimizer", rendering::meshoptimizer_version())
 FRESCO_COMPONENT("origin.gltf", GlbOrigin, FileOrigin, "Reads from a GLB how it was made")

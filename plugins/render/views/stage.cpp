@@ -66,43 +66,61 @@ Vec3d longer_side(const Mesh& mesh, Vec3d up)
     return longer;
 }
 
-/// A frame whose color camera looks down on the whole mesh, from as far above its middle as it must; 30 degrees wide across the
-/// shorter side of the picture.
-Frame seen_from_above(const Mesh& mesh, Vec3d upward, int height_px)
+/// A frame whose color camera sees the whole mesh from where `outward` points, from as far as it must; 30 degrees wide across the
+/// shorter side of the picture. `right`: in the picture.
+Frame seen_from(const Mesh& mesh, Vec3d outward, Vec3d right, int height_px)
 {
     constexpr double margin = 1.04;
     constexpr double view_angle = std::numbers::pi / 6;
     constexpr double widest = 8;  // Times the height.
-    const Vec3d right = longer_side(mesh, upward);
-    const Vec3d down = cross(right, upward);  // In the picture.
+    const Vec3d down = cross(right, outward);
     const Extent across = extent(mesh, right);
     const Extent along = extent(mesh, down);
     const double focal = height_px / 2.0 / std::tan(view_angle / 2);
     const double shorter_m = margin * std::max(along.length(), 1e-3);
     const int width =
         std::max(1, static_cast<int>(std::lround(height_px * std::min(margin * across.length() / shorter_m, widest))));
-    // Everything lies below the top, where the camera sees least.
+    // Everything lies behind the nearest point, where the camera sees least.
     const double distance_m = std::max(shorter_m / height_px, margin * across.length() / width) * focal;
 
     Frame frame;
-    frame.sequence = "above";
-    frame.name = "room";
     frame.color.intrinsics = {width, height_px, focal, focal, width / 2.0, height_px / 2.0};
     frame.color.world_from_camera.rotation = {
-        {right.x, down.x, -upward.x, right.y, down.y, -upward.y, right.z, down.z, -upward.z}};
+        {right.x, down.x, -outward.x, right.y, down.y, -outward.y, right.z, down.z, -outward.z}};
     frame.color.world_from_camera.translation =
-        right * across.middle() + down * along.middle() + upward * (extent(mesh, upward).high + distance_m);
+        right * across.middle() + down * along.middle() + outward * (extent(mesh, outward).high + distance_m);
     return frame;
+}
+
+/// From above, with the longer side across; or else from four sides, from above the corners.
+std::vector<Frame> seen_from_outside(const Mesh& mesh, Vec3d upward, bool above, int height_px)
+{
+    constexpr double elevation = std::numbers::pi / 5;
+    const Vec3d first = longer_side(mesh, upward);
+    std::vector<Frame> frames;
+    for (int side = 0; side < (above ? 1 : 4); ++side)
+    {
+        const double angle = (side + 0.4) * std::numbers::pi / 2;
+        const Vec3d level = first * std::cos(angle) + cross(upward, first) * std::sin(angle);
+        const Vec3d outward = level * std::cos(elevation) + upward * std::sin(elevation);
+        frames.push_back(above ? seen_from(mesh, upward, first, height_px)
+                               : seen_from(mesh, outward, cross(upward, level), height_px));
+        frames.back().sequence = above ? "above" : "side";
+        frames.back().name = above ? "room" : std::to_string(side + 1);
+    }
+    return frames;
 }
 
 class RenderViews final : public Stage
 {
     Input<TexturedMesh> mesh{this, "mesh", "The mesh with its picture, as texture.bake makes it"};
-    Input<Frames> frames{this, "frames", "The views; their color cameras are used, not their pictures"};
+    Input<Frames> frames{this, "frames", optional,
+                         "The views; their color cameras are used, not their pictures. Without: four views from outside, above "
+                         "the corners, through walls that face away"};
     Output<Files> views{this, "views", "One RGBA PNG per view: <folder>/<sequence>_<frame>.png; alpha 0: no surface"};
     Option<OutputName> folder{this, "folder", OutputName{"views"}, "Folder of the pictures, below --out"};
     Option<int> height_px{this, "height_px", 0, range(0, 8192),
-                          "Height of the pictures, the width follows; 0: the camera's own size, 1080 from above"};
+                          "Height of the pictures, the width follows; 0: the camera's own size, 1080 from outside"};
     Option<int> every_count{this, "every_count", 1, range(1, 1'000'000), "Render every n-th frame"};
     Option<int> samples{this, "samples", 2, range(1, 8),
                         "Samples per pixel along each side, against aliasing at edges and far away"};
@@ -110,9 +128,10 @@ class RenderViews final : public Stage
     Option<std::string> shading = rendering::shading_option(this);
     Option<bool> above{this, "above", false,
                        "Show the room as a doll's house, from above and through its ceiling, not the frames' views"};
+    Option<std::string> up = geometry::up_option(this);
     Slot<ImageIo> images{this, "Encodes the pictures"};
 
-    static constexpr int height_above_px = 1080;
+    static constexpr int height_outside_px = 1080;
 
     Camera camera_of(const Frame& frame) const
     {
@@ -139,18 +158,20 @@ class RenderViews final : public Stage
 
     void run(RunContext& run) override
     {
-        check_viewed(mesh->mesh, *frames, "what texture.bake made");
-        std::vector<const Frame*> list = chosen();
-        Frame from_above;
-        if (*above)
-        {
-            const int height = *height_px > 0 ? *height_px : height_above_px;
-            from_above = seen_from_above(mesh->mesh, geometry::shown_up("auto", mesh->mesh, frames, run), height);
-            list = {&from_above};
-        }
-        const rendering::ViewRenderer renderer(
-            *mesh,
-            {.samples_per_side = *samples, .filter = *filter, .lights = rendering::lights_of(*shading), .through_backs = *above});
+        if (frames.has_value())
+            check_viewed(mesh->mesh, *frames, "what texture.bake made");
+        const bool outside = *above || !frames.has_value();
+        std::vector<Frame> planned;
+        if (outside)
+            planned = seen_from_outside(mesh->mesh, geometry::shown_up(*up, mesh->mesh, frames, run), *above,
+                                        *height_px > 0 ? *height_px : height_outside_px);
+        std::vector<const Frame*> list = outside ? std::vector<const Frame*>{} : chosen();
+        for (const Frame& frame : planned)
+            list.push_back(&frame);
+        const rendering::ViewRenderer renderer(*mesh, {.samples_per_side = *samples,
+                                                       .filter = *filter,
+                                                       .lights = rendering::lights_of(*shading),
+                                                       .through_backs = outside});
         std::filesystem::create_directories(views.folder().path / folder->path);
         Files result;
         std::vector<Camera> cameras;
@@ -178,4 +199,4 @@ class RenderViews final : public Stage
 };
 }  // namespace
 
-FRESCO_STAGE("render.views", RenderViews, "Renders the textured mesh from the frames' color cameras")
+FRESCO_STAGE("render.views", RenderViews, "Renders the textured mesh from the frames' color cameras, or from outside")

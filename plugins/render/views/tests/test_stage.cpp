@@ -169,8 +169,10 @@ std::shared_ptr<Frames> three_frames()
 std::vector<std::string> render_to(const std::filesystem::path& folder, const Value& options, testing::TestRun& run,
                                    std::shared_ptr<Frames> frames, const TexturedMesh& mesh = wall(Raster8(8, 8, 3)))
 {
-    testing::run_stage(FRESCO_PLUGIN_FILE, "render.views", options,
-                       {{"mesh", std::make_shared<TexturedMesh>(mesh)}, {"frames", frames}}, folder, run,
+    testing::Inputs inputs{{"mesh", std::make_shared<TexturedMesh>(mesh)}};
+    if (frames)
+        inputs["frames"] = frames;
+    testing::run_stage(FRESCO_PLUGIN_FILE, "render.views", options, inputs, folder, run,
                        {{"image_io", std::make_shared<stored_png::Codec>()}});
     return Files::load({folder / "views", folder})->names;
 }
@@ -229,6 +231,25 @@ TEST_CASE_METHOD(testing::StageTest,
     CHECK(red.x * green.x < 0);
     // From the red end, the green part lies to the right of the room's middle, as seen from above.
     CHECK(-red.x * green.y > 0);
+
+    // Without frames from four sides, whole and through the ceiling, too.
+    const Value sides = Value::Map{{"height_px", 100}, {"up", "z"}, {"filter", "bilinear"}, {"samples", 1}};
+    testing::TemporaryFolder other;
+    std::vector<std::string> names = render_to(other.path(), sides, run, nullptr, room);
+    REQUIRE(names == std::vector<std::string>{"views/side_1.png", "views/side_2.png", "views/side_3.png", "views/side_4.png"});
+    for (const std::string& name : names)
+    {
+        const Raster8 side = stored_png::Codec().read_rgb(other.path() / "views" / name);
+        std::array<int, 3> seen{}, at_border{};
+        for (int y = 0; y < side.height; ++y)
+            for (int x = 0; x < side.width; ++x)
+                for (std::size_t c = 0; c < 3; ++c)
+                    if (side.at(x, y, static_cast<int>(c)) > 200)
+                        ++(x == 0 || y == 0 || x + 1 == side.width || y + 1 == side.height ? at_border : seen)[c];
+        CHECK(seen[0] > 200);
+        CHECK(seen[1] > 200);
+        CHECK(seen[2] + at_border[0] + at_border[1] + at_border[2] == 0);
+    }
 }
 
 TEST_CASE_METHOD(testing::StageTest, "the stage writes one picture per chosen frame")

@@ -87,14 +87,16 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
             largest[chart] = face;
         }
     }
+    const std::size_t drawn_count = texels_.size();
     for (std::uint32_t chart = 0; chart < sheets_.size(); ++chart)
         if (has_sheet(chart) && !has_texel[chart])
             adopt(surface, chart, largest[chart]);
     texels_.shrink_to_fit();
-    // Adopted texels came last.
-    if (!std::ranges::is_sorted(texels_, {}, &Texel::face))
+    if (drawn_count < texels_.size())
     {
-        std::ranges::stable_sort(texels_, {}, &Texel::face);
+        const auto adopted = texels_.begin() + static_cast<std::ptrdiff_t>(drawn_count);
+        std::ranges::stable_sort(adopted, texels_.end(), {}, &Texel::face);
+        std::ranges::inplace_merge(texels_, adopted, {}, &Texel::face);
         for (std::uint32_t t = 0; t < texels_.size(); ++t)
             texel_of_cell_[texels_[t].cell] = t;
     }
@@ -390,12 +392,14 @@ class Patches::Walker
             for (int i = first(box.x0); i <= last(box.x1); ++i)
             {
                 const std::size_t at = number(i, j);
+                if (found_[at] != 0)
+                    continue;
                 const Vec2f p{static_cast<float>(i) - middle, static_cast<float>(j) - middle};
                 const float w0 = cross(c[1] - p, c[2] - p) * per_area;
                 const float w1 = cross(c[2] - p, c[0] - p) * per_area;
                 const float w2 = 1 - w0 - w1;
                 constexpr float outside = -1e-4F;
-                if (found_[at] != 0 || w0 < outside || w1 < outside || w2 < outside)
+                if (w0 < outside || w1 < outside || w2 < outside)
                     continue;
                 found_[at] = 1;
                 const Vec2f* uv = &surface_.mesh.texcoords[3 * std::size_t{face}];

@@ -222,7 +222,8 @@ constexpr float unavoidable_share = 0.5F;
 constexpr std::size_t unavoidable_step = 8;  // One of as many keys, at random: they lie in rows.
 
 constexpr std::size_t searched_together = 192;
-constexpr std::size_t sampled_queries = 6000;  // Patches that are searched to see how well each key is served.
+constexpr std::size_t continued_together = 1024;  // Each piece counts what is seen around its first patch anew.
+constexpr std::size_t sampled_queries = 6000;     // Patches that are searched to see how well each key is served.
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
 constexpr float coherence_factor = 2;
 constexpr float coherence_tolerance = 15;  // L*a*b*² per value
@@ -264,9 +265,9 @@ class Search
 
   private:
     template <class Work>
-    void in_pieces(std::size_t count, const Work& work) const
+    void in_pieces(std::size_t count, const Work& work, std::size_t together = searched_together) const
     {
-        parallel_for(count, searched_together, progress_,
+        parallel_for(count, together, progress_,
                      [&](std::size_t begin, std::size_t end)
                      {
                          progress_.check_canceled();
@@ -531,18 +532,20 @@ class Search
     {
         std::vector<Match> result(matches.size());
         const NearbyUses::Placed placed = uses_.placed(matches);
-        in_pieces(matches.size(),
-                  [&](std::size_t begin, std::size_t end)
-                  {
-                      NearbyUses::Map uses(uses_, placed);
-                      for (const std::uint32_t patch : ordered(begin, end))
-                      {
-                          uses.move_to(patch);
-                          const Look wanted = look(patch);
-                          result[patch] = continued(wanted, patch, matches, sources, uses);
-                          result[patch].shift = shift_for(wanted.mean - copy(result[patch].at, result[patch].turn).mean);
-                      }
-                  });
+        in_pieces(
+            matches.size(),
+            [&](std::size_t begin, std::size_t end)
+            {
+                NearbyUses::Map uses(uses_, placed);
+                for (const std::uint32_t patch : ordered(begin, end))
+                {
+                    uses.move_to(patch);
+                    const Look wanted = look(patch);
+                    result[patch] = continued(wanted, patch, matches, sources, uses);
+                    result[patch].shift = shift_for(wanted.mean - copy(result[patch].at, result[patch].turn).mean);
+                }
+            },
+            continued_together);
         return result;
     }
 

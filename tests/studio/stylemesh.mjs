@@ -102,7 +102,9 @@ await server.ended;
 await browser.close();
 server = await served(folder, "--weights", weights);
 browser = await opened(server.address);
-await until(browser, `paintings[0].id === "0003" && paintings[0].state === "done"`);
+await until(browser, `watched?.stages.get("texture")?.state === "running" || paintings[0].state === "done"`);
+await until(browser, `paintings[0].id === "0003" && paintings[0].request.settings["texture.stop_at_step"] > 0`);
+await until(browser, `paintings[0].state === "done"`);
 assert.match(read("0003", "painting.yaml"), /stop_at_step: [1-9]/);
 assert.deepEqual(browser.problems.filter(problem => !problem.includes("GPU stall due to ReadPixels")), []);
 await browser.close();
@@ -119,6 +121,7 @@ while (!existsSync(join(live, "progress.jsonl")))
     await new Promise(resolve => setTimeout(resolve, 20));
 server = await served(live);
 browser = await opened(server.address);
+await until(browser, `watched?.stages.get("texture")?.state === "running"`);
 await until(browser, `${step} > ${kept}`);
 await until(browser, `document.getElementById("newest").naturalWidth > 0 && !document.getElementById("newest").hidden`);
 assert.equal(await browser.evaluate(`document.getElementById("cancel").hidden && document.getElementById("keep").hidden`), true);

@@ -121,14 +121,15 @@ class Watch {
         return [...this.files].some(file => file.startsWith(`${stage}/`));
     }
 
-    /// Seconds that a stage still takes, by its past runs or else by its rate; 0: unknown.
-    leftOf({ state, expected_s = 0, begun, began, done, first, total, heard }) {
+    /// Seconds that a stage still takes, by its past runs or else by its rate, which steady steps have; 0: unknown.
+    leftOf({ state, expected_s = 0, begun, began, done, first, total, heard, unit }) {
         if (state === "waiting")
             return expected_s;
         if (state !== "running")
             return 0;
         const rate = done > first && heard > began ? (done - first) / (heard - began) : 0;
-        return Math.max(0, expected_s - (this.clock_s - begun)) || (rate ? Math.max(0, (total - done) / rate - (this.clock_s - heard)) : 0);
+        const by_rate = rate ? Math.max(0, (total - done) / rate - (this.clock_s - heard)) : 0;
+        return unit === "steps" && by_rate ? by_rate : Math.max(0, expected_s - (this.clock_s - begun)) || by_rate;
     }
 
     /// Seconds that the whole run still takes, as far as its stages ran before.
@@ -147,7 +148,8 @@ class Watch {
 }
 
 const isStyleMesh = request => request?.settings.method === "stylemesh";
-const duration = seconds => seconds < 60 ? `${Math.ceil(seconds)} s` : `${Math.floor(seconds / 60)}:${String(Math.round(seconds % 60)).padStart(2, "0")} min`;
+const parts = (whole, unit) => `${Math.floor(whole / 60)}:${String(Math.floor(whole % 60)).padStart(2, "0")} ${unit}`;
+const duration = seconds => seconds < 60 ? `${Math.ceil(seconds)} s` : seconds < 3600 ? parts(seconds, "min") : parts(seconds / 60, "h");
 const care_names = { quick: "First look", preview: "Preview", full: "Painting", export: "Export", elsewhere: "Run" };
 
 function showProgress() {

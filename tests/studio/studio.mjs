@@ -1,7 +1,7 @@
 // studio.mjs CHROMIUM FRESCO FOLDER MODEL PICTURE [SCREENSHOTS]: fresco studio as its user has it, from an empty folder on.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, existsSync, readFileSync, rmSync, symlinkSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { seenIn } from "../browser/browser.mjs";
 import { drop, has, ready, setting, studioIn, until } from "./page.mjs";
@@ -178,6 +178,17 @@ const late = await opened(server.address);
 await late.until(`document.getElementById("problem").textContent.includes("are gone")`);
 await late.click("#paint");
 await ready(late, "painting");
+// A run elsewhere that was killed is told; one that takes its place is watched from its beginning. Both go on since they began, not since they are watched.
+const elsewhere = join(folder, "elsewhere"), log = join(elsewhere, "progress.jsonl");
+const begun = stage => writeFileSync(log, `{"event":"stages","stages":[{"stage":"${stage}","state":"waiting","expected_s":60}]}\n{"event":"begin","stage":"${stage}","time_s":10}\n{"event":"progress","stage":"${stage}","done":1,"total":2,"unit":"rounds","time_s":30}\n`);
+mkdirSync(elsewhere);
+begun("photo");
+await late.evaluate(`look().then(() => watchRun("elsewhere"))`);
+await late.until(`document.getElementById("detail").textContent.includes("was killed")`);
+assert(await late.evaluate(`watched.clock_s >= 30 && watched.left_s <= 40`));
+rmSync(log);
+begun("texture");
+await late.until(`document.getElementById("detail").textContent.startsWith("texture · 1 of 2 rounds")`);
 await late.close();
 const status = readFileSync(`/proc/${server.process.pid}/status`, "utf8");
 console.log(`memory of the server: ${status.match(/VmHWM:\s*(\d+)/)[1]} kB`);

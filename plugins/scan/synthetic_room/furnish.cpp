@@ -301,6 +301,9 @@ class Furniture
     Part part_ = Part::furniture;
 };
 
+constexpr float bay = 3.0f;  ///< One more group of furniture for each so many meters beyond the first group's length.
+constexpr float first_length = 5.0f;
+
 // Faces of the hollow room.
 constexpr std::size_t west = 0, east = 1, south = 2, north = 3, bottom = 4, top = 5;
 
@@ -416,9 +419,32 @@ void add_dining_group(const Scene& scene, Furniture& f, const Palette& palette, 
     f.pendant(scene.size.z, palette.glow);
 }
 
-void furnish_walls(const Scene& scene, Furniture& f, const Palette& palette)
+/// Furniture of a longer room: an armchair on a rug, a second shelf, pictures and a plant.
+void add_bay(const Scene& scene, Furniture& f, const Palette& palette, float x)
 {
-    const float length = scene.size.x, w = scene.size.y, h = scene.size.z;
+    const float w = scene.size.y;
+    const auto pile = f.material({Pattern::rug, colors::rug[1], colors::rug[0]});
+    f.stand_at(x, 0.48f * w, -0.1f);
+    f.box({0, 0, 0.008f}, {1.7f, 1.2f, 0.016f}, pile).part = Part::floor;
+    f.stand_at(x - 0.5f, 0.48f * w, -pi / 2 + 0.5f);
+    f.sofa(0.95f, palette.cloth, palette.cushion);
+    f.stand_at(x + 0.45f, 0.42f * w, 0.3f);
+    f.round(0, 0, 0, 0.05f, 0.16f, 0.16f, palette.walnut);
+    f.round(0, 0, 0.05f, 0.46f, 0.035f, 0.035f, palette.walnut);
+    f.round(0, 0, 0.46f, 0.50f, 0.30f, 0.30f, palette.oak);
+    f.stand_at(x, w, pi);
+    f.shelf(1.1f, std::min(1.5f, scene.size.z - 0.6f), palette.oak);
+    f.stand_at(x, 0, 0);
+    f.picture(1.0f, 0.7f, 1.5f, {0.72f, 0.52f, 0.42f}, {0.36f, 0.30f, 0.44f});
+    f.stand_at(x + 0.95f, 0.4f, 1.3f);
+    f.plant();
+    f.stand_at(x, 0.5f * w, 0);
+    f.pendant(scene.size.z, palette.glow);
+}
+
+void furnish_walls(const Scene& scene, Furniture& f, const Palette& palette, float length)
+{
+    const float w = scene.size.y, h = scene.size.z;
     f.stand_at(0.85f, w, pi);
     f.shelf(1.3f, std::min(2.0f, h - 0.35f), palette.walnut);
     const float sofa_x = std::max(2.6f, length - 1.75f);
@@ -450,8 +476,13 @@ Scene furnish(Vec3f size, std::uint32_t seed)
     build_shell(scene, furniture, palette);
     add_window(scene, furniture, palette);
     add_door(scene, furniture, palette);
-    furnish_walls(scene, furniture, palette);
-    add_dining_group(scene, furniture, palette, std::max(1.65f, 0.44f * size.x), 0.47f * size.y);
+    const int bays = std::max(0, static_cast<int>((size.x - first_length) / bay + 0.5f));
+    const float length = bays > 0 ? first_length : size.x;
+    furnish_walls(scene, furniture, palette, length);
+    add_dining_group(scene, furniture, palette, std::max(1.65f, 0.44f * length), 0.47f * size.y);
+    const float step = bays > 0 ? (size.x - first_length - 0.4f) / static_cast<float>(bays) : 0;
+    for (int i = 0; i < bays; ++i)
+        add_bay(scene, furniture, palette, first_length - 0.1f + step * (static_cast<float>(i) + 0.4f));
     return scene;
 }
 

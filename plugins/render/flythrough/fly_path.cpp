@@ -1,10 +1,7 @@
 #include "fly_path.h"
 
-#include <fresco/camera.h>
-
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 using namespace fresco;
 
@@ -102,57 +99,6 @@ std::vector<RigidTransform> recorded_path(std::span<const RigidTransform> record
         const double span = ways[next] - ways[segment];
         const double share = span > 0 ? std::clamp((way - ways[segment]) / span, 0.0, 1.0) : 0;
         path.push_back(pose_of(blended(looks[segment], looks[next], share), looks[segment]));
-    }
-    return path;
-}
-
-OrbitArc orbit_arc(std::span<const double> shares)
-{
-    constexpr double least = 0.5;
-    const std::size_t count = shares.size();
-    std::size_t begin = 0;
-    std::size_t most = 0;
-    for (std::size_t first = 0; first < count; ++first)
-    {
-        std::size_t length = 0;
-        while (length < count && shares[(first + length) % count] >= least)
-            ++length;
-        if (length > most)
-        {
-            begin = first;
-            most = length;
-        }
-    }
-    if (most == 0 || most == count)
-        return {};
-    const double step = 2 * std::numbers::pi / static_cast<double>(count);
-    const double first = step * static_cast<double>(begin);
-    return {first, first + step * static_cast<double>(most - 1), false};
-}
-
-std::vector<RigidTransform> orbit_path(std::span<const RigidTransform> recorded, double radius_m, double down_deg,
-                                       std::size_t count, const OrbitArc& arc)
-{
-    const Vec3d up = cameras_up(recorded).value_or(Vec3d{0, 0, 1});
-    Vec3d middle;
-    for (const RigidTransform& pose : recorded)
-        middle += pose.translation * (1.0 / static_cast<double>(recorded.size()));
-    // The first viewing direction and the direction to its right, both level.
-    const auto level = [&](Vec3d v) { return v - up * dot(v, up); };
-    Vec3d ahead = level(recorded.front().direction({0, 0, 1}));
-    if (length(ahead) < 1e-6)
-        ahead = level(std::abs(up.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
-    ahead = normalized(ahead);
-    const Vec3d right = cross(ahead, up);
-    const double down = down_deg * std::numbers::pi / 180;
-    std::vector<RigidTransform> path;
-    for (std::size_t i = 0; i < count; ++i)
-    {
-        const double around = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
-        const double turn = arc.around ? around : arc.first + (arc.last - arc.first) * 0.5 * (1 - std::cos(around));
-        const Vec3d outwards = ahead * std::cos(turn) + right * std::sin(turn);
-        const Look look{middle + outwards * radius_m, outwards * std::cos(down) - up * std::sin(down), up * -1.0};
-        path.push_back(pose_of(look, look));
     }
     return path;
 }

@@ -15,9 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -39,19 +37,12 @@ class RenderFlythrough final : public Stage
     Option<OutputName> name{this, "name", OutputName{"flythrough"}, "Name below --out, without extension"};
     Option<std::string> format{this, "format", "mp4", one_of({"mp4", "webm", "png"}),
                                "mp4: H.264, else MPEG-4; webm: VP9, else VP8; png: one picture per video frame"};
-    Option<std::string> path{this, "path", "recorded", one_of({"recorded", "orbit"}),
-                             "recorded: along the recording, smoothed; orbit: a circle in the middle of the recording, over the "
-                             "directions that show the room"};
     Option<double> seconds{this, "seconds", 12, range(0.1, 3600), "Duration"};
     /// As films have it; players know it.
     static constexpr double fps = 25;
     Option<int> height_px{this, "height_px", 480, range(16, 4320), "Height; the width follows from the camera, both even"};
     /// Standard deviation in recorded frames: takes out the hand's shaking, keeps the way.
     static constexpr double smoothing_count = 6;
-    /// Small enough to stay in the free space around the middle of the recording.
-    static constexpr double radius_m = 0.3;
-    /// Shows the floor and no more of the ceiling than of it.
-    static constexpr double down_deg = 10;
     Slot<ImageIo> images{this, "Encodes PNG pictures"};
 
     /// Intrinsics of the first frame's camera, in even numbers of pixels, which video codecs need.
@@ -62,27 +53,7 @@ class RenderFlythrough final : public Stage
         return recorded.scaled_to(std::max(2, (recorded.width_at(height) + 1) / 2 * 2), height);
     }
 
-    /// Arc with something to see from the middle, by small pictures all around.
-    OrbitArc arc(std::span<const RigidTransform> recorded, const Intrinsics& size, const rendering::ViewRenderer& renderer,
-                 RunContext& run) const
-    {
-        constexpr std::size_t directions_count = 72;
-        constexpr int small_px = 24;
-        const Intrinsics small = size.scaled_to(std::max(1, size.width_at(small_px)), small_px);
-        std::vector<double> shares;
-        for (const RigidTransform& pose : orbit_path(recorded, radius_m, down_deg, directions_count))
-        {
-            run.check_canceled();
-            const Raster8 picture = renderer.render({small, pose}, run);
-            double opaque = 0;
-            for (std::size_t at = 3; at < picture.values.size(); at += 4)
-                opaque += picture.values[at];
-            shares.push_back(opaque / (255.0 * picture.width * picture.height));
-        }
-        return orbit_arc(shares);
-    }
-
-    std::vector<RigidTransform> poses(const Intrinsics& size, const rendering::ViewRenderer& renderer, RunContext& run) const
+    std::vector<RigidTransform> poses() const
     {
         std::vector<RigidTransform> recorded;
         // One sequence: between two the camera was carried unseen.
@@ -90,13 +61,7 @@ class RenderFlythrough final : public Stage
             if (frame.sequence == frames->frames.front().sequence)
                 recorded.push_back(frame.color.world_from_camera);
         const auto count = static_cast<std::size_t>(std::max(1L, std::lround(*seconds * fps)));
-        if (*path == "recorded")
-            return recorded_path(recorded, smoothing_count, count);
-        if (!cameras_up(recorded))
-            run.warning("the cameras have no common upward direction: the orbit turns about the world's z axis");
-        const OrbitArc seen = arc(recorded, size, renderer, run);
-        run.report("arc_deg", seen.around ? 360.0 : (seen.last - seen.first) * 180 / std::numbers::pi);
-        return orbit_path(recorded, radius_m, down_deg, count, seen);
+        return recorded_path(recorded, smoothing_count, count);
     }
 
     void run(RunContext& run) override
@@ -105,7 +70,7 @@ class RenderFlythrough final : public Stage
         const Intrinsics size = intrinsics();
         const TexturedMesh shown = rendering::simplified(*mesh, most_error_px / size.fx);
         const rendering::ViewRenderer renderer(shown, {.filter = rendering::TextureFilter::trilinear});
-        const std::vector<RigidTransform> way = poses(size, renderer, run);
+        const std::vector<RigidTransform> way = poses();
         const std::filesystem::path folder = video.folder().path;
         const bool pictures = *format == "png";
         Files made;

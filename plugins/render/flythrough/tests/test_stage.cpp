@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
-#include <numbers>
 #include <sys/resource.h>
 
 using namespace fresco;
@@ -48,8 +47,6 @@ std::shared_ptr<Frames> two_frames()
     }
     return frames;
 }
-
-const std::string no_common_up = "warning: the cameras have no common upward direction: the orbit turns about the world's z axis";
 
 /// The names of the files in folder/video.
 std::vector<std::string> fly(const std::filesystem::path& folder, Value options, std::shared_ptr<Frames> frames,
@@ -97,70 +94,6 @@ TEST_CASE("turning on the spot is steady too")
         CHECK(std::atan2(forward.x, forward.z) == Approx(1.2 * static_cast<double>(i) / 24).margin(0.03));
     }
     CHECK(recorded_path(std::span(recorded).first(1), 6, 3).size() == 3);
-}
-
-TEST_CASE("an orbit is level, turns to the right and closes")
-{
-    const std::vector<RigidTransform> recorded{standing({1, 5, 0}, 0.4), standing({3, 5, 0}, 2.0)};
-    const auto path = orbit_path(recorded, 0.5, 30, 8);
-    REQUIRE(path.size() == 8);
-    for (std::size_t i = 0; i < 8; ++i)
-    {
-        CHECK(length(path[i].translation - Vec3d{2, 5, 0}) == Approx(0.5));
-        CHECK(path[i].translation.y == Approx(5));
-        const Vec3d forward = path[i].direction({0, 0, 1});
-        CHECK(forward.y == Approx(0.5));  // y is down: sin 30°
-        const double turn = 0.4 + 2 * std::numbers::pi * static_cast<double>(i) / 8;
-        CHECK(forward.x == Approx(std::cos(std::numbers::pi / 6) * std::sin(turn)).margin(1e-12));
-        CHECK(path[i].direction({1, 0, 0}).y == Approx(0).margin(1e-12));
-    }
-}
-
-TEST_CASE("an orbit turns over the widest run of directions with something to see")
-{
-    using std::numbers::pi;
-    CHECK(orbit_arc(std::vector<double>(8, 0.6)).around);
-    CHECK(orbit_arc(std::vector<double>(8, 0.4)).around);
-    // Two of them to the right; three across the one ahead.
-    const OrbitArc arc = orbit_arc(std::vector<double>{0.9, 0.5, 0.49, 1, 1, 0, 0, 0.7});
-    CHECK_FALSE(arc.around);
-    CHECK(arc.first == Approx(2 * pi * 7 / 8));
-    CHECK(arc.last == Approx(2 * pi * 9 / 8));
-
-    const std::vector<RigidTransform> recorded{standing({1, 5, 0}, 0.4)};
-    const auto path = orbit_path(recorded, 0.5, 0, 8, {-0.2, 0.6, false});
-    const std::vector<double> turns{0.2, 0.2 + 0.4 * (1 - std::sqrt(0.5)), 0.6, 0.6 + 0.4 * std::sqrt(0.5), 1.0};
-    for (std::size_t i = 0; i < 8; ++i)
-    {
-        const Vec3d forward = path[i].direction({0, 0, 1});
-        CHECK(std::atan2(forward.x, forward.z) == Approx(turns[i <= 4 ? i : 8 - i]));
-    }
-}
-
-TEST_CASE_METHOD(testing::StageTest, "an orbit before a single wall never turns away from it")
-{
-    auto frames = two_frames();
-    frames->frames.resize(1);
-    const auto names =
-        fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.32}, {"height_px", 48}, {"path", "orbit"}}, frames, run);
-    CHECK(std::ranges::count(run.messages, no_common_up) == 0);
-    CHECK(run.reported.at("arc_deg").as_double() == Approx(50).margin(40));
-    REQUIRE(names.size() == 8);
-    for (const auto& name : names)
-    {
-        // The wall has no channel of this gray.
-        const Raster8 picture = stored_png::Codec().read_rgb(folder.path() / "video" / name);
-        CHECK(std::ranges::count(picture.values, 32) <= std::ssize(picture.values) * 11 / 20);
-    }
-}
-
-TEST_CASE_METHOD(testing::StageTest, "an orbit says that its cameras have no common upward direction")
-{
-    auto frames = two_frames();
-    frames->frames[1].sequence = frames->frames[0].sequence;
-    frames->frames[1].color.world_from_camera.rotation.m = {-1, 0, 0, 0, -1, 0, 0, 0, 1};
-    fly(folder.path(), Value::Map{{"format", "png"}, {"seconds", 0.1}, {"height_px", 16}, {"path", "orbit"}}, frames, run);
-    CHECK(std::ranges::count(run.messages, no_common_up) == 1);
 }
 
 TEST_CASE_METHOD(testing::StageTest, "pictures show the wall, and gray beside it")

@@ -293,7 +293,7 @@ SpzContents spz_of(const Splats& splats)
 
 bool is_spz(Bytes bytes)
 {
-    // Of gzip: its mark, the only method, and flags of which three bits are reserved.
+    // A gzip file begins with its mark, its only method, and flags of which three bits are reserved.
     return bytes.size() >= legacy_header && ((value_at<std::uint32_t>(bytes, 0) & 0xe0ffffffU) == 0x00088b1f ||
                                              std::memcmp(bytes.data(), magic.data(), magic.size()) == 0);
 }

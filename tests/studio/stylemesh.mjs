@@ -11,7 +11,7 @@ const { served, opened, shoot } = studioIn(folder, program, fresco, screenshots)
 const stylemesh = `[...document.querySelectorAll("#set-method button")].at(-1)`;
 const painting = id => join(folder, ".fresco-studio/paintings", id);
 const read = (id, name) => readFileSync(join(painting(id), name), "utf8");
-const step = `Number(/step (\\d+) of/.exec(document.getElementById("detail").textContent)?.[1] ?? 0)`;
+const step = `Number(/^texture · step (\\d+) of/.exec(document.getElementById("detail").textContent)?.[1] ?? 0)`;
 /// What the server says to a request; the error, if it refuses.
 const asked = async (server, path, body = {}) => (await (await fetch(server.address + path, { method: "POST", body: JSON.stringify(body) })).json()).error ?? "";
 

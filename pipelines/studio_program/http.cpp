@@ -19,6 +19,7 @@
 #include <sys/socket.h>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace fresco::studio
 {
@@ -239,6 +240,8 @@ struct Server::State
                 http::read(stream, buffer, parser, error);
                 request.body = std::move(parser.get().body());
             }
+            if (upload && error == boost::system::errc::no_space_on_device)
+                send(stream, refusal(507, "the disk is full: free some space, and add the file again"), false, version);
             if (error)
                 break;
             send(stream, handled(request), keep_alive, version);
@@ -247,6 +250,10 @@ struct Server::State
         }
         beast::error_code ignored;
         stream.shutdown(tcp::socket::shutdown_send, ignored);
+        // A browser that still sends what was refused would lose the answer.
+        std::vector<char> rest(std::size_t{1} << 16U);
+        for (int count = 0; count < 1024 && !ignored; ++count)
+            stream.read_some(asio::buffer(rest), ignored);
     }
 
     /// Keeps the handle of an open connection and when it last said something, so that stop() and make_room() can end it while it

@@ -3,7 +3,13 @@
 const addressOf = name => name.split("/").map(encodeURIComponent).join("/");
 const shortName = name => name.split("/").at(-1).replace(/\.[^.]+$/, "").replaceAll("_", " ");
 
-function replaceKeepingFocus(place, children) {
+/// `make()` gives the children; it is called only where `key` has changed, since a folder may have thousands of pictures.
+function replaceKeepingFocus(place, key, make) {
+    const text = JSON.stringify(key);
+    if (place.key === text)
+        return;
+    place.key = text;
+    const children = make();
     const focused = place.contains(document.activeElement) ? document.activeElement.dataset.name : null;
     place.replaceChildren(...children);
     if (focused)
@@ -20,8 +26,9 @@ function choice(name, chosen, choose, ...children) {
 
 /// `pictureOf(scan)`: the address of its picture, or null.
 function showScans(place, scans, chosen, choose, pictureOf) {
-    replaceKeepingFocus(place, scans.length ? scans.map(scan => {
-        const { name, kind, layout } = scan, src = pictureOf(scan);
+    const sources = scans.map(pictureOf);
+    replaceKeepingFocus(place, [scans, sources, chosen], () => scans.length ? scans.map(({ name, kind, layout }, i) => {
+        const src = sources[i];
         const picture = src ? element("img", { src, alt: "", loading: "lazy" })
             : element("span", { className: "shape", textContent: kind === "recording" ? "scan" : name.split(".").at(-1).toUpperCase() });
         const words = element("span", {}, element("strong", { textContent: name === "." ? "this folder" : name }),
@@ -31,19 +38,19 @@ function showScans(place, scans, chosen, choose, pictureOf) {
 }
 
 function showPictures(place, pictures, chosen, choose) {
-    replaceKeepingFocus(place, pictures.map(name => /\.hei[cf]$/i.test(name)
+    replaceKeepingFocus(place, [pictures, chosen], () => pictures.map(name => /\.hei[cf]$/i.test(name)
         ? choice(name, chosen, choose, shortName(name))
         : choice(name, chosen, choose, element("img", { src: `picture/${addressOf(name)}`, alt: shortName(name), loading: "lazy" }))));
 }
 
 function showRuns(place, runs, chosen, choose) {
-    replaceKeepingFocus(place, runs.map(name => choice(name, chosen, choose, element("span", { className: "shape", textContent: "run" }),
+    replaceKeepingFocus(place, [runs, chosen], () => runs.map(name => choice(name, chosen, choose, element("span", { className: "shape", textContent: "run" }),
         element("span", {}, element("strong", { textContent: name === "." ? "this folder" : name }), element("small", { textContent: "watch" })))));
 }
 
 /// `act`: {open(painting), remove(painting)}.
 function showHistory(place, paintings, chosen, versions, act) {
-    const items = paintings.map(painting => {
+    replaceKeepingFocus(place, [paintings, chosen, [...versions]], () => paintings.length ? paintings.map(painting => {
         const { id, state, request, thumbnail } = painting;
         const picture = thumbnail ? element("img", { src: `painting/${id}/thumb.jpg?${versions.get(id) ?? ""}`, alt: "" })
             : element("span", { className: "shape", textContent: state === "running" ? "painting…" : state });
@@ -70,6 +77,5 @@ function showHistory(place, paintings, chosen, versions, act) {
             }
         });
         return element("div", { className: "painting" }, button, remove);
-    });
-    replaceKeepingFocus(place, items.length ? items : [element("p", { textContent: "Paintings appear here." })]);
+    }) : [element("p", { textContent: "Paintings appear here." })]);
 }

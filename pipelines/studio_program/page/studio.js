@@ -26,7 +26,7 @@ let paintings = [], running = null, watched = null, seen_serial = 0, shown = nul
 let lack = "The studio is looking for StyleMesh's weights.";  // Why StyleMesh cannot be chosen.
 let later = false;  // Something was changed during a painting: its preview follows.
 const view = new View(at("room"));
-const thumbnails = new Thumbnails(() => tell());
+const thumbnails = new Thumbnails((name, src) => [...at("scans").querySelectorAll("button")].find(each => each.dataset.name === name)?.firstChild.replaceWith(element("img", { src, alt: "" })));
 
 const isBusy = () => running?.care === "full";
 
@@ -287,7 +287,7 @@ async function ended(run) {
         const text = [...run.problems, error].filter(Boolean).join("\n") || run.note || "The run ended for an unknown reason.";
         settings.complain(text);
         complain(text);
-        return;
+        return tell();
     }
     if (canceled)
         return say("canceled");
@@ -370,7 +370,10 @@ function preview() {
     complain(null);
     if (isStyleMesh(chosen))
         return running || shown_scan !== chosen.scan || view.has !== "photo" ? guarded(() => paint("preview"))() : undefined;
-    waiting = setTimeout(guarded(() => paint("quick", true)), 200);
+    waiting = setTimeout(guarded(() => {
+        waiting = 0;
+        return paint("quick", true);
+    }), 200);
 }
 
 // What is chosen.
@@ -455,7 +458,7 @@ function pictureOfScan({ name, thumbnail }) {
 
 function tell() {
     at("empty").hidden = view.has !== "nothing";
-    at("empty").textContent = watched?.run ? (watched.over ? "This run has written no GLB that could be shown here." : "The result appears here when the run has written a GLB.") : chosen.scan ? "Preparing the scan: the mesh appears first, then the photo, then the painting." : folder.scans.length ? "Choose a scan on the left." : "Drop a model here: a GLB or a PLY.";
+    at("empty").textContent = watched?.run ? (watched.over ? "This run has written no GLB that could be shown here." : "The result appears here when the run has written a GLB.") : !at("problem").hidden ? "" : chosen.scan ? "Preparing the scan: the mesh appears first, then the photo, then the painting." : folder.scans.length ? "Choose a scan on the left." : "Drop a model here: a GLB or a PLY.";
     at("tools").hidden = view.has === "nothing";
     at("mixing").hidden = view.has !== "painting";
     for (const mode of ["walk", "orbit"])
@@ -498,7 +501,7 @@ async function refresh() {
     const state = await ask("api/state");
     const changed = JSON.stringify([state.paintings, state.running]) !== JSON.stringify([paintings, running]);
     ({ paintings, running } = state);
-    if (running && running.serial !== seen_serial) {
+    if (running && running.serial !== seen_serial && !waiting) {  // What is about to be asked for here comes after it.
         seen_serial = running.serial;  // Begun in another page, or before this one.
         const request = paintings.find(({ id }) => id === running.id)?.request ?? running.request;
         if (request) {

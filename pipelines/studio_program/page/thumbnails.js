@@ -1,7 +1,7 @@
 // Small pictures of models and splats that nobody has painted here yet. The page draws them itself, off screen, one after the other, and keeps them as
 // long as it is open. Files beyond these limits, and those in formats that it does not read, keep their extension as a label.
 
-const most_bytes = 24 << 20, most_drawn = 60, most_points = 50000, most_faces = 300000, most_ms = 5000;
+const most_bytes = 24 << 20, most_drawn = 60, most_points = 50000, most_faces = 300000, most_ms = 20000;
 const thumbnail_size = [208, 156];
 
 async function smallFile(address) {
@@ -173,7 +173,7 @@ function cameraFor(parts) {
     return camera;
 }
 
-/// Pictures by the names of files: `at(name)` gives an address, or null while there is none. `changed()` is called with each new one.
+/// Pictures by the names of files: `at(name)` gives an address, or null while there is none. `changed(name, address)` is called with each new one.
 class Thumbnails {
     constructor(changed) {
         Object.assign(this, { changed, found: new Map(), waiting: [], busy: false });
@@ -200,7 +200,7 @@ class Thumbnails {
                 continue;
             try {
                 this.found.set(name, await this.drawn(renderer, name));
-                this.changed();
+                this.changed(name, this.found.get(name));
             } catch {
                 // It keeps its label.
             }

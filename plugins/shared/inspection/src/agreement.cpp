@@ -50,36 +50,6 @@ RigidTransform reordered(const RigidTransform& recorded, bool scalar_first)
     return {scalar_first ? numerics::rotation_of(x, y, z, w) : numerics::rotation_of(z, w, x, y), recorded.translation};
 }
 
-RigidTransform between(const RigidTransform& a, const RigidTransform& b, double share)
-{
-    const Quaternion from = quaternion(a.rotation);
-    Quaternion to = quaternion(b.rotation);
-    double same = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-        same += from[i] * to[i];
-    Quaternion middle;
-    double norm = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-    {
-        middle[i] = (1 - share) * from[i] + share * (same < 0 ? -to[i] : to[i]);
-        norm += middle[i] * middle[i];
-    }
-    for (double& value : middle)
-        value /= std::sqrt(norm);
-    return {numerics::rotation_of(middle[0], middle[1], middle[2], middle[3]),
-            a.translation * (1 - share) + b.translation * share};
-}
-
-RigidTransform delayed(const PoseTrack& track, Reading reading, double lag)
-{
-    const auto last = static_cast<double>(track.poses.size() - 1);
-    const double place = std::clamp(static_cast<double>(track.own) + lag, 0.0, last);
-    const auto before = static_cast<std::size_t>(place);
-    const double share = place - static_cast<double>(before);
-    const RigidTransform first = meant(track.poses[before], reading);
-    return share > 0 ? between(first, meant(track.poses[before + 1], reading), share) : first;
-}
-
 }  // namespace
 
 RigidTransform meant(const RigidTransform& recorded, Reading reading)
@@ -103,12 +73,12 @@ RigidTransform meant(const RigidTransform& recorded, Reading reading)
     }
 }
 
-RigidTransform Assumption::pose(const PoseTrack& track) const
+RigidTransform Assumption::pose(const RigidTransform& recorded) const
 {
-    RigidTransform pose = delayed(track, reading, lag_frames);
+    RigidTransform pose = meant(recorded, reading);
     pose.translation = pose.translation * pose_scale;
     pose.rotation = pose.rotation * camera_turn;
-    return move * (RigidTransform{world_turn, {}} * pose);
+    return RigidTransform{world_turn, {}} * pose;
 }
 
 Intrinsics Assumption::depth_camera(const Intrinsics& depth, const Intrinsics& color) const
@@ -202,30 +172,8 @@ MeasuredRay measured_ray(const DepthView& view, const DepthSample& sample, const
 
 RigidTransform depth_pose(const DepthView& view, const Assumption& assumption)
 {
-    const RigidTransform pose = assumption.pose(view.track);
+    const RigidTransform pose = assumption.pose(view.pose);
     return assumption.by_color_camera ? pose * view.depth_from_color : pose;
-}
-
-void cast_samples(const raycast::Scene& scene, const DepthView& view, const Assumption& assumption, std::size_t stride,
-                  const std::function<void(const WorldRay&, const raycast::Hit&)>& met)
-{
-    const RigidTransform pose = depth_pose(view, assumption);
-    std::array<Vec3d, raycast::Scene::packet_size> directions;
-    std::array<double, raycast::Scene::packet_size> depths{};
-    std::array<raycast::Hit, raycast::Scene::packet_size> hits;
-    for (std::size_t begin = 0; begin < view.samples.size();)
-    {
-        std::size_t count = 0;
-        for (; begin < view.samples.size() && count < directions.size(); begin += stride, ++count)
-        {
-            const MeasuredRay ray = measured_ray(view, view.samples[begin], assumption);
-            directions[count] = pose.direction(ray.direction);
-            depths[count] = ray.depth;
-        }
-        scene.cast(pose.translation, std::span(directions).first(count), std::span(hits).first(count));
-        for (std::size_t i = 0; i < count; ++i)
-            met({pose.translation, directions[i], depths[i]}, hits[i]);
-    }
 }
 
 namespace
@@ -320,6 +268,32 @@ std::vector<FrameRatios> ratios_between(const std::vector<DepthView>& views, con
     return frames;
 }
 
+FrameRatios ratios_to(const raycast::Scene& scene, const DepthView& view, const Assumption& assumption, std::size_t stride)
+{
+    FrameRatios frame;
+    const RigidTransform pose = depth_pose(view, assumption);
+    std::array<Vec3d, raycast::Scene::packet_size> directions;
+    std::array<double, raycast::Scene::packet_size> depths{};
+    std::array<raycast::Hit, raycast::Scene::packet_size> hits;
+    for (std::size_t begin = 0; begin < view.samples.size();)
+    {
+        std::size_t count = 0;
+        for (; begin < view.samples.size() && count < directions.size(); begin += stride, ++count)
+        {
+            const MeasuredRay ray = measured_ray(view, view.samples[begin], assumption);
+            directions[count] = pose.direction(ray.direction);
+            depths[count] = ray.depth;
+        }
+        scene.cast(pose.translation, std::span(directions).first(count), std::span(hits).first(count));
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            frame.ratios.push_back(hits[i].found() ? static_cast<float>(hits[i].distance / depths[i]) : 0.0F);
+            frame.fronts.push_back(hits[i].front);
+        }
+    }
+    return frame;
+}
+
 }  // namespace
 
 std::vector<FrameRatios> depth_ratios(const raycast::Scene* scene, const std::vector<DepthView>& views,
@@ -330,15 +304,7 @@ std::vector<FrameRatios> depth_ratios(const raycast::Scene* scene, const std::ve
     std::vector<FrameRatios> frames;
     frames.reserve(views.size());
     for (const DepthView& view : views)
-    {
-        FrameRatios& frame = frames.emplace_back();
-        cast_samples(*scene, view, assumption, stride,
-                     [&](const WorldRay& ray, const raycast::Hit& hit)
-                     {
-                         frame.ratios.push_back(hit.found() ? static_cast<float>(hit.distance / ray.depth) : 0.0F);
-                         frame.fronts.push_back(hit.front);
-                     });
-    }
+        frames.push_back(ratios_to(*scene, view, assumption, stride));
     return frames;
 }
 

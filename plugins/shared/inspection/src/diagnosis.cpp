@@ -45,7 +45,7 @@ constexpr double clearly_seen_through = 0.05;
 
 RigidTransform color_pose(const View& view, const Assumption& assumption)
 {
-    return assumption.pose(view.depth.track) * view.depth.depth_from_color;
+    return assumption.pose(view.depth.pose) * view.depth.depth_from_color;
 }
 
 class Judge
@@ -90,7 +90,7 @@ class Judge
     template <class Part>
     bool all_share(Part RigidTransform::*part) const
     {
-        const auto of = [&](const View& view) { return view.depth.track.poses[view.depth.track.own].*part; };
+        const auto of = [&](const View& view) { return view.depth.pose.*part; };
         return views_.size() > 1 && std::ranges::all_of(views_, [&](const View& view) { return of(view) == of(views_.front()); });
     }
     /// Whether an assumption that explains the recording is more than a guess. Frames that only hide each other may be right:
@@ -103,7 +103,7 @@ class Judge
         const Assumption& a = result_.assumption;
         numerics::Bounds<double> cameras;
         for (const View& view : views_)
-            cameras.add(view.depth.track.poses[view.depth.track.own].translation);
+            cameras.add(view.depth.pose.translation);
         return std::abs(std::log10(a.depth_scale)) >= 1 ||
                (a.pose_scale < 1 && length(cameras.high - cameras.low) > largest_room);
     }
@@ -227,10 +227,9 @@ class Judge
         const double before = edge_response(recorded);
         const Look seen = look({});
         const double least_seen = std::max(0.1 * seen.pixels, 0.5 * seen.fronts);
-        const bool has_tracks = std::ranges::any_of(views_, [](const View& view) { return view.depth.track.poses.size() > 1; });
         Assumption best;
         double most = before;
-        for (const Hypothesis& hypothesis : common_hypotheses(has_tracks))
+        for (const Hypothesis& hypothesis : common_hypotheses())
             for (const Assumption& variant : hypothesis.variants)
             {
                 if (look(variant).fronts < least_seen)

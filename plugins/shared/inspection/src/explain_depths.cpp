@@ -102,14 +102,9 @@ Hypothesis any_unit(double reach)
     return all;
 }
 
-Hypothesis lags(const Assumption& assumed, double reach, double step)
-{
-    return {.variants = around(assumed, reach, step, [](Assumption& a, double offset) { a.lag_frames = offset; })};
-}
-
 /// Likely mistakes of a recording that partly agrees, the most likely first, each on top of `assumed`: another depth unit, the
 /// color camera's intrinsics, pictures that are upside down, distances along rays, intrinsics of another size, focal lengths,
-/// poses of other times, another unit of the poses.
+/// another unit of the poses.
 std::vector<Hypothesis> small_hypotheses(const Assumption& assumed, const std::vector<DepthView>& views)
 {
     std::vector<Hypothesis> table;
@@ -133,8 +128,6 @@ std::vector<Hypothesis> small_hypotheses(const Assumption& assumed, const std::v
     if (assumed.focal_scale == 1)
         table.push_back({.variants = around(assumed, focal_reach, 0.03,
                                             [](Assumption& a, double offset) { a.focal_scale = std::exp(offset); })});
-    if (assumed.lag_frames == 0 && std::ranges::any_of(views, [](const DepthView& view) { return view.track.poses.size() > 1; }))
-        table.push_back(lags(assumed, lag_reach, 0.25));
     if (assumed.pose_scale == 1)
         table.push_back(
             {.variants = around(assumed, 0.7, 0.02, [](Assumption& a, double offset) { a.pose_scale = std::exp(offset); })});
@@ -153,89 +146,18 @@ std::vector<Hypothesis> large_hypotheses(double reach, bool with_mesh)
 
 }  // namespace
 
-std::vector<Hypothesis> common_hypotheses(bool has_tracks)
+std::vector<Hypothesis> common_hypotheses()
 {
     std::vector<Hypothesis> table(2);  // Conventions and mirrored meshes.
     table[0].variants = conventions(std::span(axis_rotations()).first(2));
     for (const int axis : {0, 1, 2})
         table[1].variants.emplace_back().world_turn(axis, axis) = -1;
     table.push_back(rotations());
-    if (has_tracks)
-        table.push_back(lags({}, 2, 0.5));
     return table;
 }
 
 namespace
 {
-
-struct Pair
-{
-    Vec3d point;
-    Vec3d normal;
-    double offset = 0;  ///< Offset of the face from the point, along the normal.
-    double depth = 0;
-};
-
-std::vector<Pair> pairs_of(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
-                           std::size_t stride)
-{
-    std::vector<Pair> pairs;
-    for (const DepthView& view : views)
-        cast_samples(scene, view, assumption, stride,
-                     [&](const WorldRay& ray, const raycast::Hit& hit)
-                     {
-                         if (!hit.found())
-                             return;
-                         const auto corners = raycast::corners(scene.mesh(), hit.triangle);
-                         const Vec3d normal = normalized(cross(corners[1] - corners[0], corners[2] - corners[0]));
-                         const double depth = ray.depth * assumption.depth_scale;
-                         pairs.push_back({ray.origin + ray.direction * depth, normal,
-                                          dot(normal, ray.direction) * (hit.distance - depth), depth});
-                     });
-    return pairs;
-}
-
-/// The mesh's displacement against the frames: the rotation and shift that bring measured points onto the faces that their rays
-/// meet (point to plane; Chen and Medioni, "Object modelling by registration of multiple range images", 1992), starting at
-/// assumption.move. For displacements of some decimeters. Uses every `stride`-th sample. Single-threaded.
-RigidTransform best_move(const raycast::Scene& scene, const std::vector<DepthView>& views, const Assumption& assumption,
-                         std::size_t stride)
-{
-    Assumption moved = assumption;
-    for (const double reach : {0.2, 0.2, 0.15, 0.15, 0.1, 0.1, 0.06, 0.06, 0.04, 0.04})
-    {
-        const std::vector<Pair> pairs = pairs_of(scene, views, moved, stride);
-        Vec3d center;
-        for (const Pair& pair : pairs)
-            center += pair.point * (1.0 / static_cast<double>(pairs.size()));
-        // Normal equations of the twist: rotation about the center, then shift.
-        std::array<double, 36> matrix{};
-        std::array<double, 6> x{};
-        for (const Pair& pair : pairs)
-        {
-            const double share = pair.offset / (pair.depth * reach);
-            if (std::abs(share) >= 1)
-                continue;
-            const Vec3d turn = cross(pair.point - center, pair.normal);
-            const double weight = (1 - share * share) * (1 - share * share) / (pair.depth * pair.depth);
-            const std::array row{turn.x, turn.y, turn.z, pair.normal.x, pair.normal.y, pair.normal.z};
-            for (std::size_t i = 0; i < 6; ++i)
-            {
-                for (std::size_t j = 0; j < 6; ++j)
-                    matrix[6 * i + j] += weight * row[i] * row[j];
-                x[i] += weight * row[i] * pair.offset;
-            }
-        }
-        // Parameters that no measurement constrains stay.
-        for (std::size_t i = 0; i < 6; ++i)
-            matrix[7 * i] = matrix[7 * i] * (1 + 1e-6) + 1e-9;
-        numerics::solve_symmetric(matrix, x);
-        const Mat3 turn = numerics::rotation_by({x[0], x[1], x[2]});
-        const Vec3d shift{x[3], x[4], x[5]};
-        moved.move = RigidTransform{turn, center + shift - turn * center} * moved.move;
-    }
-    return moved.move;
-}
 
 /// Samples of all frames that a first look takes.
 constexpr std::size_t rough_samples = 1600;
@@ -249,7 +171,6 @@ constexpr double covered_by_most = 0.5;
 constexpr double no_mistake = 0.9;
 /// Candidates this near to the best, as a share of its score, are refined.
 constexpr double promising = 0.75;
-constexpr double move_advantage = 0.04;
 /// All variants are scored on every glance_stride-th sample, and the best ones scored again on all.
 constexpr std::size_t finalists = 12;
 constexpr std::size_t glance_stride = 7;
@@ -257,9 +178,6 @@ constexpr int most_mistakes = 3;
 /// Mistakes below these are left to calibration and to frames.align.
 constexpr double least_focal = 0.04;
 constexpr double least_scale = 0.015;
-constexpr double least_lag = 0.2;
-constexpr double least_move = 0.008;  ///< Share of the median depth.
-constexpr double least_turn = 0.008;  ///< Radians.
 
 double score(const Agreement& sum)
 {
@@ -293,13 +211,13 @@ class Search
         for (const DepthView& view : views)
         {
             samples += view.samples.size();
-            positions.push_back(length(view.track.poses[view.track.own].translation));
+            positions.push_back(length(view.pose.translation));
             for (const DepthSample& sample : view.samples)
                 depths.push_back(static_cast<double>(sample.depth));
         }
         stride_ = std::max<std::size_t>(1, samples / rough_samples);
-        depth_ = depths.empty() ? 1 : numerics::median(std::move(depths));
-        reach_ = (positions.empty() ? 1 : numerics::median(std::move(positions))) / depth_;
+        if (!depths.empty())
+            reach_ = numerics::median(std::move(positions)) / numerics::median(std::move(depths));
     }
 
     Judged run()
@@ -336,13 +254,6 @@ class Search
         std::vector<Candidate> candidates{rough(from.assumption, false, stride_)};
         for (const Hypothesis& hypothesis : table)
             candidates.push_back(best_variant(hypothesis));
-        if (scene_ != nullptr && sum.share() < no_mistake)
-        {
-            Assumption moved = from.assumption;
-            moved.move = best_move(*scene_, views_, moved, stride_);
-            candidates.push_back(rough(moved, false, stride_));
-            candidates.back().advantage = move_advantage;
-        }
         return full(best_of(candidates).assumption);
     }
 
@@ -423,7 +334,6 @@ class Search
                 };
                 const double factor = std::exp(sign * step);
                 attempt(best.assumption.focal_scale != 1, [&](Assumption& a) { a.focal_scale *= factor; });
-                attempt(best.assumption.lag_frames != 0, [&](Assumption& a) { a.lag_frames += 8 * sign * step; });
                 attempt(best.assumption.pose_scale != 1, [&](Assumption& a) { a.pose_scale *= factor; });
                 attempt(best.assumption.depth_scale != 1, [&](Assumption& a) { a.depth_scale *= factor; });
                 attempt(best.assumption.pose_scale != 1 && best.assumption.depth_scale != 1,
@@ -452,12 +362,7 @@ class Search
         const Assumption none;
         const Assumption& a = found.assumption;
         const auto below = [](double factor, double least) { return std::abs(std::log(factor)) < least; };
-        const double depth = depth_ * a.depth_scale;
-        const double turn =
-            std::acos(std::clamp((a.move.rotation(0, 0) + a.move.rotation(1, 1) + a.move.rotation(2, 2) - 1) / 2, -1.0, 1.0));
-        drop(turn < least_turn && moved_by(a) < least_move * depth, [&](Assumption& x) { x.move = none.move; });
         drop(below(a.focal_scale, least_focal), [&](Assumption& x) { x.focal_scale = none.focal_scale; });
-        drop(std::abs(a.lag_frames) < least_lag, [&](Assumption& x) { x.lag_frames = none.lag_frames; });
         drop(below(a.pose_scale, least_scale), [&](Assumption& x) { x.pose_scale = none.pose_scale; });
         drop(below(a.depth_scale, least_scale), [&](Assumption& x) { x.depth_scale = none.depth_scale; });
         snap(found, [](Assumption& x) -> double& { return x.pose_scale; });
@@ -485,22 +390,10 @@ class Search
             found = judged;
     }
 
-    /// How far the middle of the cameras is moved.
-    double moved_by(const Assumption& assumption) const
-    {
-        Assumption without = assumption;
-        without.move = {};
-        Vec3d middle;
-        for (const DepthView& view : views_)
-            middle += without.pose(view.track).translation * (1.0 / static_cast<double>(views_.size()));
-        return length(assumption.move.point(middle) - middle);
-    }
-
     const raycast::Scene* scene_;
     const std::vector<DepthView>& views_;
     const Progress& progress_;
     std::size_t stride_ = 1;
-    double depth_ = 1;
     double reach_ = 1;
 };
 

@@ -25,10 +25,9 @@ struct Hypothesis
 
 /// Continuous mistakes are searched up to these limits.
 inline constexpr double focal_reach = 0.75;  ///< Natural logarithm.
-inline constexpr double lag_reach = 4;       ///< Frames; tracks reach one frame further.
 
-/// The most likely mistakes, for recordings without depth, where each hypothesis costs more. `has_tracks`: poses have neighbors.
-std::vector<Hypothesis> common_hypotheses(bool has_tracks);
+/// The most likely mistakes, for recordings without depth, where each hypothesis costs more.
+std::vector<Hypothesis> common_hypotheses();
 
 /// The mistakes that explain the measured depths clearly better than the recorded values (see explains()), or the default: the
 /// best hypothesis, and up to two more on top of it. A mistake that the others make superfluous is dropped. The same for any

@@ -221,21 +221,6 @@ namespace
 
 constexpr int edge_height = 120;
 
-/// The poses of the frames around, as far as a lag is looked for.
-PoseTrack track_of(const Frames& frames, std::size_t index, Camera Frame::*camera)
-{
-    constexpr auto reach = static_cast<std::size_t>(lag_reach) + 1;
-    const auto& all = frames.frames;
-    const auto same = [&](std::size_t i) { return all[i].sequence == all[index].sequence; };
-    std::size_t first = index;
-    while (first > 0 && index - first < reach && same(first - 1))
-        --first;
-    PoseTrack track{{}, index - first};
-    for (std::size_t i = first; i < all.size() && i <= index + reach && same(i); ++i)
-        track.poses.push_back((all[i].*camera).world_from_camera);
-    return track;
-}
-
 std::vector<Vec2f> grid_pixels(const Raster8& rgb)
 {
     const int step = std::max(1, rgb.width / grid_columns);
@@ -330,7 +315,7 @@ View view_of(const Frames& frames, const Chosen& chosen, const DepthReader& read
     View view;
     view.frame = index;
     const Camera& depth = has_depth ? frame.depth : frame.color;
-    view.depth = {track_of(frames, index, has_depth ? &Frame::depth : &Frame::color),
+    view.depth = {(has_depth ? frame.depth : frame.color).world_from_camera,
                   depth.intrinsics,
                   frame.color.intrinsics,
                   depth.world_from_camera.inverse() * frame.color.world_from_camera,

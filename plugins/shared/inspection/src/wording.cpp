@@ -159,23 +159,6 @@ void tell_units(const Assumption& a, double extent, Findings& findings)
                  number(1 / depths));
 }
 
-void tell_move(const Assumption& a, Findings& findings)
-{
-    if (a.move == RigidTransform{})
-        return;
-    const RigidTransform back = a.move.inverse();
-    std::string matrix;
-    for (int row = 0; row < 3; ++row)
-    {
-        for (int column = 0; column < 3; ++column)
-            matrix += fmt::format("{:.6f}, ", back.rotation(row, column));
-        const Vec3d t = back.translation;
-        matrix += fmt::format("{:.4f}, ", row == 0 ? t.x : row == 1 ? t.y : t.z);
-    }
-    tell(findings, "mesh_moved",
-         "the mesh is moved against the frames: read it with scan.mesh and transform: [" + matrix + "0, 0, 0, 1]");
-}
-
 /// "10 % too large" for a factor of 0.91 that mends it.
 std::string how_far_off(double mending_factor)
 {
@@ -239,12 +222,7 @@ void tell_assumption(const Diagnosis& diagnosis, double extent, bool one_camera,
     const Assumption& a = diagnosis.assumption;
     tell_reading(a, extent, findings);
     tell_axes(a, extent, diagnosis.front_share < 0.5, findings);
-    if (a.lag_frames != 0)
-        tell(findings, "pose_lag",
-             "poses and pictures are shifted in time: each picture fits the pose listed " + number(std::abs(a.lag_frames)) +
-                 " frames " + (a.lag_frames > 0 ? "later" : "earlier") + "; correct the poses' times or their order");
     tell_units(a, extent, findings);
-    tell_move(a, findings);
     if (a.along_ray)
         tell(findings, "ray_depth",
              "the depth pictures hold distances from the camera where depth along its axis is expected: divide each by the "

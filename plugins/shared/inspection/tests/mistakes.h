@@ -56,7 +56,7 @@ inline Change on_views(const std::function<void(View&)>& change)
 /// Changes the poses of the depth camera; the color camera is fixed to it.
 inline Change on_poses(const std::function<void(RigidTransform&)>& change)
 {
-    return on_views([change](View& view) { std::ranges::for_each(view.depth.track.poses, change); });
+    return on_views([change](View& view) { change(view.depth.pose); });
 }
 
 inline void opengl(RigidTransform& pose)
@@ -150,8 +150,7 @@ inline void color_as_depth(View& view)
 
 inline void move_depth_to_color(View& view)
 {
-    for (RigidTransform& pose : view.depth.track.poses)
-        pose = pose * view.depth.depth_from_color;
+    view.depth.pose = view.depth.pose * view.depth.depth_from_color;
     view.depth.depth = view.depth.color.scaled_to(view.depth.depth.width, view.depth.depth.height);
 }
 
@@ -176,8 +175,7 @@ inline void register_depth(Looked& looked)
     for (View& view : looked.views)
     {
         const Intrinsics& size = view.depth.depth;
-        const Camera camera{view.depth.color.scaled_to(size.width, size.height),
-                            view.depth.track.poses[view.depth.track.own] * view.depth.depth_from_color};
+        const Camera camera{view.depth.color.scaled_to(size.width, size.height), view.depth.pose * view.depth.depth_from_color};
         const RasterF depth = mesh_depth(scene, camera, testing::TestRun(2));
         view.depth.samples = sample_depth(depth, 40);
         view.silhouette = silhouette(depth);
@@ -188,18 +186,6 @@ inline void register_depth(Looked& looked)
 inline Change one_camera_recording()
 {
     return both(register_depth, on_views(depth_as_color));
-}
-
-/// Each picture gets the pose so many frames before its own; between poses of the track.
-inline Change late_poses(double frames)
-{
-    return on_views(
-        [=](View& view)
-        {
-            PoseTrack around = view.depth.track;
-            for (around.own = 0; around.own < around.poses.size(); ++around.own)
-                view.depth.track.poses[around.own] = Assumption{.lag_frames = -frames}.pose(around);
-        });
 }
 
 inline void drop_depth(View& view)
@@ -262,8 +248,7 @@ inline void add_pose_noise(Looked& looked)
     {
         const RigidTransform off{numerics::rotation_by({0, 0.005 * random.normal(), 0}),
                                  Vec3d{random.normal(), random.normal(), random.normal()} * 0.01};
-        for (RigidTransform& pose : view.depth.track.poses)
-            pose = pose * off;
+        view.depth.pose = view.depth.pose * off;
     }
 }
 
@@ -285,8 +270,8 @@ inline Change keep_depths(const std::function<bool(const View&, const DepthSampl
 /// A board of half a meter by a half that hangs before the first camera: it was carried off before the frames were taken.
 inline void add_board(Looked& looked)
 {
-    const PoseTrack& track = looked.views.front().depth.track;
-    const auto at = [&](double x, double y) { return vec_cast<float>(track.poses[track.own].point({x, y, 1})); };
+    const RigidTransform& pose = looked.views.front().depth.pose;
+    const auto at = [&](double x, double y) { return vec_cast<float>(pose.point({x, y, 1})); };
     const Vec3f corner = at(-0.25, -0.25);
     Mesh board = testing::rectangle(corner, at(0.25, -0.25) - corner, at(-0.25, 0.25) - corner);
     board.colors.assign(looked.mesh.colors.empty() ? 0 : 4, {90, 60, 30});
@@ -306,8 +291,6 @@ inline std::vector<Case> named()
     const auto turned = [](Vec3f p) { return Vec3f{p.x, p.z, -p.y}; };
     const auto mirrored = [](Vec3f p) { return Vec3f{-p.x, p.y, p.z}; };
     const auto other_axes = [](RigidTransform& pose) { pose.rotation = pose.rotation * axis_rotations()[9]; };
-    const Vec3f off{0.1F, -0.12F, 0.12F};
-    const auto moved = [off](Vec3f p) { return p + off; };
     const auto gl = on_poses(opengl);
     const auto depth_turned = on_depths(turn_depth);
     return {{"OpenGL axes", gl, {"opengl_axes"}},
@@ -326,10 +309,7 @@ inline std::vector<Case> named()
             {"millimeters of depth taken for meters", scaled_depths(1000), {"millimeter_depth"}},
             {"a world turned", on_mesh(turned), {"world_axes"}},
             {"a mirrored mesh", on_mesh(mirrored), {"mirrored_mesh"}},
-            {"a mesh 20 cm off", on_mesh(moved), {"mesh_moved"}},
             {"inside out", turn_faces, {"faces_inside_out"}},
-            {"poses of the frame after", late_poses(-1), {"pose_lag"}},
-            {"poses 2.4 frames late", late_poses(2.4), {"pose_lag"}},
             {"distances along rays", on_depths(measure_along_rays), {"ray_depth"}},
             {"upside down", both(depth_turned, on_views(turn_color)), {"depth_upside_down"}},
             {"depth upside down", depth_turned, {"depth_upside_down"}},
@@ -387,7 +367,6 @@ inline std::vector<Case> named_without_mesh()
         if (!says("mesh") && !says("world") && !says("inside") && !says("color") && !says("swapped"))
             cases.push_back(std::move(one));
     }
-    cases.push_back({"poses a third of a frame late", late_poses(1.0 / 3), {"pose_lag"}});
     return cases;
 }
 
@@ -420,8 +399,7 @@ inline std::vector<Case> right()
                            {"three frames of a part", both(keep_views(3), left_half)},
                            {"no depth, the left half", both(on_views(drop_depth), left_half)},
                            {"a board that was carried off", add_board},
-                           {"one camera, the left half", both(one_camera_recording(), left_half)},
-                           {"poses 0.15 frames late", late_poses(0.15)}});
+                           {"one camera, the left half", both(one_camera_recording(), left_half)}});
     return all;
 }
 

@@ -45,35 +45,12 @@ TEST_CASE("quaternions are put into the other order", "[inspection]")
     same(meant(meant_pose.inverse(), Reading::inverted_scalar_last), read.inverse());
 }
 
-TEST_CASE("a lag lies between recorded poses, or at the first or last", "[inspection]")
-{
-    PoseTrack track;
-    for (const double angle : {0.0, 0.2, 0.6})
-    {
-        RigidTransform& pose = track.poses.emplace_back();
-        pose.rotation.m = {std::cos(angle), -std::sin(angle), 0, std::sin(angle), std::cos(angle), 0, 0, 0, 1};
-        pose.translation = {10 * angle, 0, 1};
-    }
-    track.own = 1;
-    const auto at = [&](double lag)
-    {
-        const RigidTransform pose = Assumption{.lag_frames = lag}.pose(track);
-        return std::pair(std::atan2(pose.rotation(1, 0), pose.rotation(0, 0)), pose.translation.x);
-    };
-    CHECK(at(0.5).first == Approx(0.4));
-    CHECK(at(0.5).second == Approx(4));
-    CHECK(at(-0.5).first == Approx(0.1));
-    CHECK(at(1).second == Approx(6));
-    CHECK(at(3).second == Approx(6));
-    CHECK(at(-3).first == Approx(0).margin(1e-12));
-}
-
 TEST_CASE("depths are compared with the mesh's where it is", "[inspection]")
 {
     const Mesh mesh = two_walls();
     const raycast::Scene scene(mesh);
     const Camera seen = testing::camera(8, 4, 4);
-    DepthView frame{{{seen.world_from_camera}, 0}, seen.intrinsics, seen.intrinsics, {}, {}};
+    DepthView frame{seen.world_from_camera, seen.intrinsics, seen.intrinsics, {}, {}};
     // Left of the middle the far wall, right of it the near one up to x = 1, z = 1, which is the picture's border.
     frame.samples = {{1.5F, 2, 2.0F}, {2.5F, 2, 4.0F}, {5.5F, 2, 1.025F}, {6.5F, 2, 2.0F}, {4.5F, 1, 0.5F}};
     const auto found = depth_ratios(&scene, {frame}, {}, 1);
@@ -116,7 +93,7 @@ TEST_CASE("without a mesh, points of one view are looked up in the others of its
     {
         const Camera at = testing::camera(80, 60, 40, {x, 0, 0});
         return DepthView{
-            {{at.world_from_camera}, 0}, at.intrinsics, at.intrinsics, {}, sample_depth(RasterF(80, 60, 1, depth), 40), group};
+            at.world_from_camera, at.intrinsics, at.intrinsics, {}, sample_depth(RasterF(80, 60, 1, depth), 40), group};
     };
     // A wall 2 m away, by two cameras half a meter apart: ten of 80 columns.
     const auto ratios = [&](float other, const Assumption& assumption = {}) {
@@ -190,9 +167,7 @@ TEST_CASE("advice names the option that mends it, but no factor for a focal leng
                                                   Catch::Contains("the positions by 5 (unit_m of scan.recording)"));
     CHECK_THAT(told({.pose_scale = 0.4}, 0), Catch::Contains("multiply the positions by 0.4 (unit_m of scan.recording) or") &&
                                                  Catch::Contains("depth_unit_m by 2.5 (0.0025 if it is 0.001)"));
-    CHECK_THAT(told({.lag_frames = -2.4}), Catch::Contains("the pose listed 2.4 frames earlier"));
     CHECK_THAT(told({.world_turn = {{1, 0, 0, 0, -1, 0, 0, 0, 1}}}), Catch::Contains("x -y z and swap two corners"));
-    CHECK_THAT(told({.move = {{}, {0.1, 0, 0}}}), Catch::Contains("transform: [1.000000, 0.000000, 0.000000, -0.1000, "));
 }
 
 TEST_CASE("corrections that are only right together say so", "[inspection]")

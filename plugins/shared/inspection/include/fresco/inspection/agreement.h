@@ -6,7 +6,6 @@
 #include <fresco/raycast/scene.h>
 
 #include <cstddef>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,23 +31,14 @@ enum class Reading
 /// The pose that was meant. \pre the recorded rotation is orthogonal; it may reflect
 RigidTransform meant(const RigidTransform& recorded, Reading reading);
 
-/// The recorded poses around a frame, in the order of its sequence.
-struct PoseTrack
-{
-    std::vector<RigidTransform> poses;
-    std::size_t own = 0;  ///< Index of the frame's own pose.
-};
-
 /// Assumptions about a recording; by default none, so that it is taken as recorded. Fields apply in this order.
 struct Assumption
 {
     // Poses.
     Reading reading = Reading::as_recorded;
-    double lag_frames = 0;  ///< A picture belongs to the pose that is listed so many frames later.
     double pose_scale = 1;  ///< Multiplies positions.
     Mat3 camera_turn{};     ///< recorded_from_opencv: columns are OpenCV's right, down, forward in the recorder's camera axes.
     Mat3 world_turn{};      ///< mesh_from_world; may mirror.
-    RigidTransform move{};  ///< mesh_from_world, after world_turn: the mesh's displacement.
 
     // Depth pictures.
     double depth_scale = 1;
@@ -58,10 +48,8 @@ struct Assumption
     double size_scale = 1;         ///< Multiplies all intrinsics of the depth camera.
     double focal_scale = 1;        ///< Multiplies its focal lengths.
 
-    /// world_from_camera in the mesh's world and unit, OpenCV axes. Its rotation reflects where world_turn does. Between two
-    /// recorded poses, positions are interpolated linearly and rotations by normalized quaternions; before the first and after
-    /// the last pose the nearest one is used.
-    RigidTransform pose(const PoseTrack& track) const;
+    /// world_from_camera in the mesh's world and unit, OpenCV axes. Its rotation reflects where world_turn does.
+    RigidTransform pose(const RigidTransform& recorded) const;
     /// The camera of the depth pictures, its size that of `depth`.
     Intrinsics depth_camera(const Intrinsics& depth, const Intrinsics& color) const;
 
@@ -91,7 +79,7 @@ struct DepthSample
 /// The depth camera and picture of a frame.
 struct DepthView
 {
-    PoseTrack track;  ///< Poses of the depth camera.
+    RigidTransform pose;  ///< Recorded pose of the depth camera.
     Intrinsics depth;
     Intrinsics color;
     RigidTransform depth_from_color;
@@ -120,19 +108,6 @@ MeasuredRay measured_ray(const DepthView& view, const DepthSample& sample, const
 
 /// world_from_camera of the camera that took the depth pictures, under an assumption.
 RigidTransform depth_pose(const DepthView& view, const Assumption& assumption);
-
-/// A measured pixel's ray in the world, and the depth along it.
-struct WorldRay
-{
-    Vec3d origin;
-    Vec3d direction;
-    double depth = 0;
-};
-
-/// Casts every `stride`-th sample's ray under `assumption` and calls `met` with the ray and its first hit.
-/// Assumption::depth_scale is not applied. Single-threaded.
-void cast_samples(const raycast::Scene& scene, const DepthView& view, const Assumption& assumption, std::size_t stride,
-                  const std::function<void(const WorldRay&, const raycast::Hit&)>& met);
 
 /// Mesh depth over measured depth at the samples of a frame, 0 where the ray misses the mesh.
 struct FrameRatios

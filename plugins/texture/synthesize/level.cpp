@@ -257,14 +257,19 @@ void Level::begin(const Level* coarser, const Progress& progress)
 void Level::resume(std::vector<Match> matches, std::vector<float> crowding, const Progress& progress)
 {
     crowding_ = std::move(crowding);
-    set_matches(std::move(matches), progress);
+    set_matches(std::move(matches));
+    vote_colors(progress);
 }
 
-void Level::set_matches(std::vector<Match> matches, const Progress& progress)
+void Level::set_matches(std::vector<Match> matches)
 {
     matches_ = std::move(matches);
     fits_.resize(matches_.size());
     std::ranges::transform(matches_, fits_.begin(), [](const Match& match) { return std::pow(match.distance + epsilon, power); });
+}
+
+void Level::vote_colors(const Progress& progress)
+{
     colors_.resize(start_.size());
     for_each_texel(grid_, progress,
                    [&](std::size_t t)
@@ -279,13 +284,14 @@ void Level::set_matches(std::vector<Match> matches, const Progress& progress)
                    });
 }
 
-void Level::paint_round(Round round, const Progress& progress)
+void Level::paint_round(Round round, const Progress& progress, bool is_voted)
 {
     const auto g = static_cast<float>(options_.faithfulness);
     std::vector<Vec3f>& wanted = colors_;
     for_each_texel(grid_, progress, [&](std::size_t t) { wanted[t] = colors_[t] * (1 - g) + start_[t] * g; });
-    set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, round, matches_, crowding_, progress),
-                progress);
+    set_matches(search(patches_, grid_, wanted, picture_, uses_, options_.search, round, matches_, crowding_, progress));
+    if (is_voted)
+        vote_colors(progress);
     update_crowding(picture_, matches_, crowding_);
 }
 

@@ -146,8 +146,9 @@ class Level
     /// Continues an earlier run after a round. Throws Error unless sizes fit this surface and picture and all values are finite,
     /// Canceled.
     void resume(std::vector<Match> matches, std::vector<float> crowding, const Progress& progress);
-    /// One round: a search, then a vote. \pre A round that refines follows another.
-    void paint_round(Round round, const Progress& progress);
+    /// One round: a search, then a vote, unless nothing needs colors() afterward: not `is_voted`. \pre A round that refines
+    /// follows another.
+    void paint_round(Round round, const Progress& progress, bool is_voted = true);
     /// Frees what only rounds, missing() and levels that begin with this one need: it can still vote.
     void settle();
 
@@ -192,7 +193,8 @@ class Level
     }
 
   private:
-    void set_matches(std::vector<Match> matches, const Progress& progress);
+    void set_matches(std::vector<Match> matches);
+    void vote_colors(const Progress& progress);
     std::uint32_t texel_near(std::uint32_t chart, Vec2f uv) const;
 
     /// Texels where a finer level counts.

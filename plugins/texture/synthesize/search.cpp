@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <utility>
 
@@ -254,7 +255,7 @@ class Search
         for (float& weight : weights_)
             weight = static_cast<float>(static_cast<double>(weight) / mean);
         std::transform(weights_.begin(), weights_.end(), crowding.begin(), weights_.begin(), std::multiplies<>());
-        looks_.resize(patches_.count() * values_);
+        looks_ = std::make_unique_for_overwrite<std::int16_t[]>(patches_.count() * values_);
         means_.resize(patches_.count());
         unavoidable_.resize(patches_.count());
         // On a plain wall all patches find one place, and by continuing each other they would only repeat it side by side: so
@@ -602,7 +603,7 @@ class Search
     const SearchOptions& options_;
     std::size_t values_;
     std::vector<float> weights_;
-    std::vector<std::int16_t> looks_;
+    std::unique_ptr<std::int16_t[]> looks_;
     std::vector<Vec3f> means_;
     NearestKeys some_keys_;
     std::vector<float> unavoidable_;  ///< Per patch, a part of all distances that does not count.

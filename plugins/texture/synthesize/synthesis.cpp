@@ -362,7 +362,9 @@ class Synthesis
         for (int round = done; round < count; ++round)
         {
             run_.progress(rounds_before(index) + round, rounds_before(broad_levels + halvings_), "rounds");
-            level.paint_round(index > 0 && round > 0 ? Round::refines : Round::searches, run_);
+            // A finer level of the same strokes begins with the matches, one of finer strokes compares the colors.
+            const bool is_compared = number <= finest_ && index + 1 < broad_levels + halvings_;
+            level.paint_round(index > 0 && round > 0 ? Round::refines : Round::searches, run_, round + 1 < count || is_compared);
             double sum = 0;
             for (const Match& match : level.matches())
                 sum += static_cast<double>(match.distance);

@@ -152,8 +152,7 @@ TEST_CASE("every loss gives on another device what it gives on the processor, an
         {{"loss.gram", Value::Map{{"targets", "both"}, {"features", on_network}}},
          {"loss.content", Value::Map{{"features", on_network}, {"relative", true}}}},
         {{"loss.gram", Value::Map{{"targets", "both"}, {"center", false}, {"rule", "released"}, {"features", on_network}}},
-         {"loss.content", Value::Map{{"features", on_network}, {"layers", "relu2_1"}}}},
-        {{"loss.nnfm", Value::Map{{"features", on_network}}}}};
+         {"loss.content", Value::Map{{"features", on_network}, {"layers", "relu2_1"}}}}};
     for (const auto& losses : all)
     {
         CAPTURE(losses.begin()->first);

@@ -38,7 +38,7 @@ splats::Splats covering(const Mesh& mesh)
     return splats;
 }
 
-/// Of RGB or RGBA and 8 bits per channel: the mean of 5 x 5 pixels, which is wider than the median Gaussian.
+/// The mean of 5 x 5 pixels, which is wider than the median Gaussian.
 double mean_at(const auto& picture, int x, int y, int channel)
 {
     double sum = 0;

@@ -149,9 +149,9 @@ TEST_CASE("every loss gives on another device what it gives on the processor, an
 {
     Room room;
     const std::vector<std::map<std::string, Value>> all{
-        {{"loss.gram", Value::Map{{"targets", "both"}, {"features", on_network}}},
-         {"loss.content", Value::Map{{"features", on_network}, {"relative", true}}}},
-        {{"loss.gram", Value::Map{{"targets", "both"}, {"center", false}, {"rule", "released"}, {"features", on_network}}},
+        {{"loss.gram", Value::Map{{"targets", "both"}, {"average_views_count", 2}, {"features", on_network}}},
+         {"loss.content", Value::Map{{"features", on_network}}}},
+        {{"loss.gram", Value::Map{{"targets", "both"}, {"rule", "released"}, {"features", on_network}}},
          {"loss.content", Value::Map{{"features", on_network}, {"layers", "relu2_1"}}}}};
     for (const auto& losses : all)
     {
@@ -177,9 +177,8 @@ TEST_CASE("every loss gives on another device what it gives on the processor, an
 TEST_CASE("parts of levels are encoded on a sheet as they are one by one")
 {
     Room room{{}, {40, 240}, 2, optimize::Values::network, true};
-    const std::map<std::string, Value> losses{
-        {"loss.gram", Value::Map{{"targets", "both"}, {"center", false}, {"features", on_network}}},
-        {"loss.content", Value::Map{{"features", on_network}}}};
+    const std::map<std::string, Value> losses{{"loss.gram", Value::Map{{"targets", "both"}, {"features", on_network}}},
+                                              {"loss.content", Value::Map{{"features", on_network}}}};
     const auto near = room.painted(losses, torch::kCPU, 2);
     const auto far = room.painted(losses, other_device(), 2);
     CHECK(far.losses.front() == Approx(near.losses.front()).epsilon(1e-4));
@@ -236,11 +235,10 @@ TEST_CASE("a step that is not finite is found on another device as on the proces
 TEST_CASE("a step of the paper's method sends at most 260 operators to a device")
 {
     Room room{{}, {64, 80, 96, 112}, 5, optimize::Values::network};
-    const std::map<std::string, Value> losses{{"loss.gram", Value::Map{{"targets", "both"},
-                                                                       {"center", false},
-                                                                       {"layers", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1"},
-                                                                       {"features", on_network}}},
-                                              {"loss.content", Value::Map{{"layers", "relu4_2"}, {"features", on_network}}}};
+    const std::map<std::string, Value> losses{
+        {"loss.gram",
+         Value::Map{{"targets", "both"}, {"layers", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1"}, {"features", on_network}}},
+        {"loss.content", Value::Map{{"layers", "relu4_2"}, {"features", on_network}}}};
     // Each visit repeats the step of the one before; what a visit begins with does not count.
     const auto sent = [&](int repeats)
     {

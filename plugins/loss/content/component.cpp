@@ -9,6 +9,7 @@
 #include <torch/version.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <optional>
@@ -21,9 +22,6 @@ class LossContent final : public fresco::Loss, public fresco::JointLoss
     fresco::Slot<fresco::FeatureNetwork> features{this, "features", "features.vgg19", "Network whose features are compared"};
     fresco::Option<std::string> layers{this, "layers", "",
                                        "Layers to compare, such as \"relu4_2\"; empty: the network's own choice for content"};
-
-    fresco::Option<bool> relative{this, "relative", false,
-                                  "Divide by the mean square of the camera picture's features: the same weight for any scaling"};
 
   public:
     fresco::LossNeeds needs() const override
@@ -59,7 +57,7 @@ class LossContent final : public fresco::Loss, public fresco::JointLoss
             const auto camera = part.camera_selected(*features, name, fresco::Pixels::all);
             const auto difference = seen - camera;
             const auto mean = fresco::ordered_mean(difference * difference);
-            terms.push_back({name, *relative ? mean / scale(camera) : mean, &*features});
+            terms.push_back({name, mean, &*features});
         }
         return terms;
     }
@@ -89,25 +87,12 @@ class LossContent final : public fresco::Loss, public fresco::JointLoss
     {
         const auto camera = levels.camera_selected(*features, name);
         std::vector<torch::Tensor> parts;
-        std::int64_t first = 0;
         for (const auto& level : levels.columns(*features, name))
         {
-            const auto own = camera.narrow(1, first, level.count);
-            const auto count = static_cast<double>(std::max<std::int64_t>(1, own.numel()));
-            auto factor = at::full({1, 1}, level.share / count, camera.options());
-            if (*relative)
-                factor = factor / scale(own);
-            parts.push_back(factor.sqrt().expand({1, level.count}));
-            first += level.count;
+            const auto count = static_cast<double>(std::max<std::int64_t>(1, camera.size(0) * level.count));
+            parts.push_back(at::full({1, level.count}, std::sqrt(level.share / count), camera.options()));
         }
         return at::cat(parts, 1);
-    }
-
-    /// Mean square; 1 for features that are zero everywhere.
-    static torch::Tensor scale(const torch::Tensor& camera)
-    {
-        const auto square = fresco::ordered_mean(camera * camera);
-        return at::where(square > 0, square, at::ones_like(square));
     }
 
     std::vector<std::string> names_;

@@ -1,4 +1,4 @@
-#include "moments.h"
+#include "gram_matrix.h"
 
 #include <fresco/error.h>
 #include <fresco/option.h>
@@ -23,22 +23,18 @@ namespace
 class LossGram final : public fresco::Loss, public fresco::JointLoss
 {
     fresco::StyleOptions style{this};
-    fresco::Option<bool> center{
-        this, "center", true,
-        "Compare mean and covariance, each relative to the target's squared norm; otherwise the plain Gram "
-        "matrix, mean square over its elements"};
     fresco::Option<std::string> rule{
         this, "rule", "printed", fresco::one_of({"printed", "released"}),
         "printed: coarse target on all pixels together; released: separately on those that pass and fail the angle filter, and "
         "the fine target only on relu4_1 and relu5_1 where these are compared"};
     fresco::Option<int> average_views_count{this, "average_views_count", 1, fresco::range(1, 1000),
-                                            "Number of recent views whose moments are averaged"};
+                                            "Number of recent views whose Gram matrices are averaged"};
 
     struct Targets
     {
-        std::optional<gram::Moments> coarse;
-        std::optional<gram::Moments> fine;
-        torch::Tensor grams;  ///< Their second moments, if there is a coarse one.
+        std::optional<torch::Tensor> coarse;
+        std::optional<torch::Tensor> fine;
+        torch::Tensor both;  ///< Side by side, if there is a coarse one.
     };
 
   public:
@@ -58,11 +54,11 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
             const auto features = fresco::style_features(*style.features, role.picture, compared_, type);
             for (std::size_t i = 0; i < features.size(); ++i)
                 if (!fine || has_fine(compared_[i].name))
-                    (fine ? targets_[i].fine : targets_[i].coarse) = gram::moments(features[i]);
+                    (fine ? targets_[i].fine : targets_[i].coarse) = gram::gram_matrix(features[i]);
         }
-        for (auto& [coarse, fine, grams] : targets_)
+        for (auto& [coarse, fine, both] : targets_)
             if (coarse)
-                grams = fine ? at::stack({coarse->second, fine->second}) : coarse->second.unsqueeze(0);
+                both = fine ? at::stack({*coarse, *fine}) : coarse->unsqueeze(0);
     }
 
     std::vector<fresco::LossTerm> evaluate(fresco::Part& part) override
@@ -83,8 +79,7 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
             else if (targets.coarse)
                 add_together(sum, part, i);
             else if (const auto fine = part.selected(*style.features, compared_[i].name, fresco::Pixels::fine); fine.size(1) > 0)
-                add(sum, averaged(gram::moments(fine, with_mean()), part, compared_[i].name, fresco::Pixels::fine),
-                    {&*targets.fine});
+                add(sum, averaged(gram::gram_matrix(fine), part, compared_[i].name, fresco::Pixels::fine), {&*targets.fine});
             if (sum.defined())
                 terms.push_back({compared_[i].name, sum * compared_[i].factor, &*style.features});
         }
@@ -106,7 +101,7 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
             const auto& weights = levels.kept(
                 fmt::format("{} weights {}", fmt::ptr(this), i),
                 [&] { return fresco::sent_to(weights_of(i, columns, selected).to(selected.scalar_type()), selected.device()); });
-            terms.push_back({name, gram::gram_distance(selected, columns, targets_[i].grams, weights), &*style.features});
+            terms.push_back({name, gram::gram_distance(selected, columns, targets_[i].both, weights), &*style.features});
         }
         return terms;
     }
@@ -118,9 +113,7 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
     static constexpr std::string_view type = "loss.gram";
 
     /// Gram matrices of one view, the coarse target on all pixels together.
-    bool is_plain() const { return *style.targets != "fine" && *rule == "printed" && !with_mean(); }
-
-    bool with_mean() const { return *center || *average_views_count > 1; }
+    bool is_plain() const { return *style.targets != "fine" && *rule == "printed" && *average_views_count == 1; }
 
     /// The released code compares the fine target only in its last two layers.
     bool has_fine(const std::string& layer) const
@@ -144,7 +137,7 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
             return;
         const std::vector<fresco::LevelColumns> columns{{selected.size(1), part.fine_count(*style.features, name), 1}};
         const auto weights = fresco::sent_to(weights_of(layer, columns, selected).to(selected.scalar_type()), selected.device());
-        terms.push_back({name, gram::gram_distance(selected, columns, targets_[layer].grams, weights), &*style.features});
+        terms.push_back({name, gram::gram_distance(selected, columns, targets_[layer].both, weights), &*style.features});
     }
 
     /// Adds the distances of all features to the coarse target and, if there is a fine one, of the fine ones to that.
@@ -156,18 +149,18 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
         if (selected.size(1) == 0)
             return;
         const auto fine_count = targets.fine ? part.fine_count(*style.features, name) : 0;
-        const auto both = gram::moments_of_both(selected, fine_count, with_mean());
-        sum = distance(averaged(both.all, part, name, fresco::Pixels::all), *targets.coarse);
+        const auto both = gram::gram_of_both(selected, fine_count);
+        add(sum, averaged(both.all, part, name, fresco::Pixels::all), {&*targets.coarse});
         if (both.fine)
-            sum = sum + distance(averaged(*both.fine, part, name, fresco::Pixels::fine), *targets.fine);
+            add(sum, averaged(*both.fine, part, name, fresco::Pixels::fine), {&*targets.fine});
     }
 
-    gram::Moments averaged(const gram::Moments& moments, fresco::Part& part, const std::string& name, fresco::Pixels pixels)
+    torch::Tensor averaged(const torch::Tensor& matrix, fresco::Part& part, const std::string& name, fresco::Pixels pixels)
     {
-        if (*average_views_count <= 1)
-            return moments;
+        if (*average_views_count == 1)
+            return matrix;
         return average_.average(fmt::format("level{}.{}.{}", part.level(), name, word(pixels)),
-                                {part.step(), part.view(), part.repeat()}, moments);
+                                {part.step(), part.view(), part.repeat()}, matrix);
     }
 
     /// Adds the distances of the fine features to both targets, and of the others to the coarse one, as the released code does.
@@ -178,25 +171,23 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
         const auto& fine = targets_[layer].fine;
         const auto selected = part.selected(*style.features, name, fresco::Pixels::all);
         const auto fine_count = part.fine_count(*style.features, name);
-        const auto moments = [&](std::int64_t first, std::int64_t count, fresco::Pixels pixels)
-        { return averaged(gram::moments(selected.narrow(1, first, count), with_mean()), part, name, pixels); };
+        const auto matrix = [&](std::int64_t first, std::int64_t count, fresco::Pixels pixels)
+        { return averaged(gram::gram_matrix(selected.narrow(1, first, count)), part, name, pixels); };
         // Without fine features zeros are compared: a constant of the reported loss.
-        add(sum,
-            fine_count > 0 ? moments(0, fine_count, fresco::Pixels::fine)
-                           : gram::Moments{at::zeros_like(coarse.mean), at::zeros_like(coarse.second)},
+        add(sum, fine_count > 0 ? matrix(0, fine_count, fresco::Pixels::fine) : at::zeros_like(coarse),
             {&coarse, fine ? &*fine : nullptr});
         if (fine_count < selected.size(1))
-            add(sum, moments(fine_count, selected.size(1) - fine_count, fresco::Pixels::steep), {&coarse});
+            add(sum, matrix(fine_count, selected.size(1) - fine_count, fresco::Pixels::steep), {&coarse});
     }
 
-    /// Adds the distances of some moments to targets (null: none).
-    void add(torch::Tensor& sum, const gram::Moments& moments, std::initializer_list<const gram::Moments*> targets) const
+    /// Adds the distances of a matrix to targets (null: none).
+    static void add(torch::Tensor& sum, const torch::Tensor& matrix, std::initializer_list<const torch::Tensor*> targets)
     {
         for (const auto* target : targets)
         {
             if (target == nullptr)
                 continue;
-            const auto value = distance(moments, *target);
+            const auto value = gram::mean_square_difference(matrix, *target);
             sum = sum.defined() ? sum + value : value;
         }
     }
@@ -206,14 +197,6 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
         return pixels == fresco::Pixels::all ? "all" : pixels == fresco::Pixels::fine ? "fine" : "steep";
     }
 
-    torch::Tensor distance(const gram::Moments& moments, const gram::Moments& target) const
-    {
-        if (!*center)
-            return gram::mean_square_difference(moments.second, target.second);
-        return gram::relative_square_difference(moments.mean, target.mean) +
-               gram::relative_square_difference(gram::covariance(moments), gram::covariance(target));
-    }
-
     std::vector<fresco::StyleLayer> compared_;
     std::vector<Targets> targets_;
     gram::ViewAverage average_{1};
@@ -221,5 +204,5 @@ class LossGram final : public fresco::Loss, public fresco::JointLoss
 
 }  // namespace
 
-FRESCO_COMPONENT("loss.gram", LossGram, fresco::Loss, "Style as the moments of features: Gram matrices, or mean and covariance")
+FRESCO_COMPONENT("loss.gram", LossGram, fresco::Loss, "Style as the Gram matrices of features")
 FRESCO_LIBRARY("libtorch", TORCH_VERSION)

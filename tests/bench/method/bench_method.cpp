@@ -157,7 +157,6 @@ struct Studio
         factory.add("features.vgg19", [=] { return network; });
         losses["style"] = made<fresco::Loss>("loss.gram",
                                              Map{{"weight", 1e-4},
-                                                 {"center", false},
                                                  {"targets", "both"},
                                                  {"layers", "relu1_1, relu2_1, relu3_1, relu4_1, relu5_1"},
                                                  {"layer_weights", fresco::Value::List{1000.0, 1000.0, 10.0, 10.0, 1000.0}},

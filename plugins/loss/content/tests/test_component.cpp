@@ -36,12 +36,6 @@ TEST_CASE("loss.content is the mean square difference to the camera's features")
     {
         CHECK(evaluate(R"({"layers": "a"})", part).at(0).value.item<double>() == Approx(0.25 / 12));
     }
-    SECTION("relative to the camera's features: nothing of them is there; without any, 1 is the unit")
-    {
-        CHECK(evaluate(R"({"relative": true})", part).at(0).value.item<double>() == Approx(1));
-        fresco::testing::PicturePart dark(camera, picture);
-        CHECK(evaluate(R"({"relative": true})", dark).at(0).value.item<double>() == Approx(0.0625 / 6));
-    }
     SECTION("only valid pixels count, and none gives no term")
     {
         auto mask = at::zeros({4, 4}, at::kBool);

@@ -1,5 +1,5 @@
 #include "catch.h"
-#include "moments.h"
+#include "gram_matrix.h"
 
 #include <fresco/torch/testing.h>
 
@@ -35,23 +35,18 @@ TEST_CASE("The Gram matrix is the product with the transpose, of many features i
     for (const auto& features : {some_features(5, 9000), some_features(300, 40)})
         for (const bool turned : {false, true})
         {
-            const auto second = gram::moments(laid_out(features, turned).detach().to(at::kFloat)).second;
+            const auto second = gram::gram_matrix(laid_out(features, turned).detach().to(at::kFloat));
             const auto count = static_cast<double>(features.size(1));
             CHECK(second.allclose((at::mm(features, features.t()) / count).to(at::kFloat), 1e-5, 1e-6));
             CHECK(second.equal(second.t()));
         }
 }
 
-TEST_CASE("Gradients of the moments agree with finite differences")
+TEST_CASE("The gradient of the Gram matrix agrees with finite differences")
 {
     const auto features = some_features(3, 7);
     const auto factor = some_features(3, 3);
-    const auto value = [&](const torch::Tensor& f)
-    {
-        const auto m = gram::moments(f);
-        return gram::relative_square_difference(gram::covariance(m), factor) +
-               gram::mean_square_difference(m.second, factor) * 3 + gram::relative_square_difference(m.mean, factor[0]);
-    };
+    const auto value = [&](const torch::Tensor& f) { return gram::mean_square_difference(gram::gram_matrix(f), factor); };
     auto variable = features.clone().requires_grad_();
     value(variable).backward();
     for (std::int64_t i = 0; i < features.numel(); ++i)
@@ -62,14 +57,14 @@ TEST_CASE("Gradients of the moments agree with finite differences")
     }
 }
 
-TEST_CASE("Moments of all and of the fine features are those of each, and so are their gradients")
+TEST_CASE("Gram matrices of all and of the fine features are those of each, and so are their gradients")
 {
     const auto features = some_features(7, 500);
     const auto weights = some_features(7, 7);
-    const auto value = [&](const gram::Moments& all, const std::optional<gram::Moments>& fine)
+    const auto value = [&](const torch::Tensor& all, const std::optional<torch::Tensor>& fine)
     {
-        const auto of_all = (all.second * weights).sum() + 2 * all.mean.sum();
-        return fine ? of_all + 3 * (fine->second * weights.t()).sum() - fine->mean.pow(2).sum() : of_all;
+        const auto of_all = (all * weights).sum();
+        return fine ? of_all + 3 * (*fine * weights.t()).sum() : of_all;
     };
     const auto symmetric = [&](double factor) { return factor * (weights + weights.t()); };
     for (const std::int64_t fine_count : {0, 100, 500})
@@ -79,10 +74,10 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
             const auto slow_input = laid_out(features, turned);
             const auto fine_only = slow_input.narrow(1, 0, fine_count);
             const auto slow =
-                value(gram::moments(slow_input), fine_count > 0 ? std::optional(gram::moments(fine_only)) : std::nullopt);
+                value(gram::gram_matrix(slow_input), fine_count > 0 ? std::optional(gram::gram_matrix(fine_only)) : std::nullopt);
             slow.backward();
             const auto fast_input = laid_out(features, turned);
-            const auto both = gram::moments_of_both(fast_input, fine_count);
+            const auto both = gram::gram_of_both(fast_input, fine_count);
             REQUIRE(both.fine.has_value() == (fine_count > 0));
             const auto fast = value(both.all, both.fine);
             fast.backward();
@@ -91,10 +86,10 @@ TEST_CASE("Moments of all and of the fine features are those of each, and so are
 
             // As the distance of both to their targets, also in float32 by products of our own.
             const auto plain_input = laid_out(features, turned);
-            const auto moments = gram::moments_of_both(plain_input, fine_count);
-            auto plain = gram::mean_square_difference(moments.all.second, symmetric(0.1));
-            if (moments.fine)
-                plain = plain + gram::mean_square_difference(moments.fine->second, symmetric(0.3));
+            const auto matrices = gram::gram_of_both(plain_input, fine_count);
+            auto plain = gram::mean_square_difference(matrices.all, symmetric(0.1));
+            if (matrices.fine)
+                plain = plain + gram::mean_square_difference(*matrices.fine, symmetric(0.3));
             (3 * plain).backward();
             for (const auto type : {at::kDouble, at::kFloat})
             {
@@ -190,15 +185,12 @@ TEST_CASE("loss.gram by hand")
         CHECK(terms[0].layer == "a");
         return terms[0].value.item<double>();
     };
-    // Centered: mean (1, 0.5, 0), covariance only 0.25 in the middle.
-    CHECK(value("{}") == Approx(0.25 / 1.25 + 1));
-    // Plain: Gram of the style is [1 .5 0; .5 .5 0; 0 0 0], ours [1 0 0; 0 0 0; 0 0 0].
-    CHECK(value(R"({"center": false})") == Approx(0.75 / 9));
+    // Gram of the style is [1 .5 0; .5 .5 0; 0 0 0], ours [1 0 0; 0 0 0; 0 0 0].
+    CHECK(value("{}") == Approx(0.75 / 9));
     // Coarse: Gram [0 0 0; 0 1 0; 0 0 0].
-    CHECK(value(R"({"center": false, "targets": "coarse"})") == Approx(2.0 / 9));
+    CHECK(value(R"({"targets": "coarse"})") == Approx(2.0 / 9));
     // Both, with a factor.
-    const auto terms =
-        fixture.evaluate(R"({"center": false, "targets": "both", "layers": "b, a", "layer_weights": [0, 10]})", part);
+    const auto terms = fixture.evaluate(R"({"targets": "both", "layers": "b, a", "layer_weights": [0, 10]})", part);
     REQUIRE(terms.size() == 2);
     CHECK(terms[0].value.item<double>() == Approx(0));
     CHECK(terms[1].layer == "a");
@@ -213,7 +205,7 @@ TEST_CASE("loss.gram: no passing pixel leaves only the coarse target; no pixel a
     const auto all = at::ones({4, 4}, at::kBool);
     const auto none = at::zeros({4, 4}, at::kBool);
     fresco::testing::PicturePart steep(picture, picture, all, none);
-    CHECK(fixture.evaluate(R"({"center": false, "targets": "both"})", steep).at(0).value.item<double>() == Approx(8 * 0.25 / 9));
+    CHECK(fixture.evaluate(R"({"targets": "both"})", steep).at(0).value.item<double>() == Approx(8 * 0.25 / 9));
     CHECK(fixture.evaluate("{}", steep).empty());
     fresco::testing::PicturePart nothing(picture, picture, none, none);
     CHECK(fixture.evaluate(R"({"targets": "both"})", nothing).empty());
@@ -246,13 +238,13 @@ TEST_CASE("the released rule compares passing and failing pixels with the coarse
     fresco::testing::PicturePart part(picture, picture, all, fine);
     const auto value = [&](const std::string& options, fresco::Part& of)
     { return fixture.evaluate(options, of).at(0).value.item<double>(); };
-    CHECK(value(R"({"center": false, "rule": "released", "targets": "coarse"})", part) == Approx(8.0 / 9));
+    CHECK(value(R"({"rule": "released", "targets": "coarse"})", part) == Approx(8.0 / 9));
     // And the fine one on passing pixels: [1 .5 0; .5 .5 0; 0 0 0] against [0 0 0; 0 1 0; 0 0 0].
-    CHECK(value(R"({"center": false, "rule": "released", "targets": "both"})", part) == Approx((8 + 1.75) / 9));
+    CHECK(value(R"({"rule": "released", "targets": "both"})", part) == Approx((8 + 1.75) / 9));
     SECTION("where all pass, the coarse term comes once")
     {
         fresco::testing::PicturePart front(picture, picture, all, all);
-        CHECK(value(R"({"center": false, "rule": "released", "targets": "coarse"})", front) == Approx(8 * 0.25 / 9));
+        CHECK(value(R"({"rule": "released", "targets": "coarse"})", front) == Approx(8 * 0.25 / 9));
     }
     SECTION("where none pass, zeros are compared with both targets, at no gradient")
     {
@@ -264,10 +256,10 @@ TEST_CASE("the released rule compares passing and failing pixels with the coarse
             term.backward();
             return std::pair(term.item<double>(), leaf.grad());
         };
-        const auto both = term_and_gradient(R"({"center": false, "rule": "released", "targets": "both"})");
+        const auto both = term_and_gradient(R"({"rule": "released", "targets": "both"})");
         // One entry of the coarse target is 1; of the fine one, with two colors in equal parts, 1, 1/2, 1/2, 1/2.
         CHECK(both.first == Approx((8 * 0.25 + 1 + 1.75) / 9));
-        CHECK(both.second.equal(term_and_gradient(R"({"center": false, "targets": "coarse"})").second));
+        CHECK(both.second.equal(term_and_gradient(R"({"targets": "coarse"})").second));
     }
 }
 
@@ -293,7 +285,7 @@ double corner_distance(double g)
 TEST_CASE("the Gram matrix is averaged over the last views, with state and restore")
 {
     Fixture fixture;
-    const std::string options = R"({"center": false, "average_views_count": 3})";
+    const std::string options = R"({"average_views_count": 3})";
     const std::vector<Visit> visits{{1, 7, 0}, {0.5, 8, 0}, {0.2, 8, 1}, {0.6, 9, 0}, {0.4, 7, 0}, {0.3, 7, 0}};
     // Squares of the reds that count: the second step on view 8 replaces the first; two visits to view 7 in a row are two.
     const std::vector<std::vector<double>> counted{
@@ -325,5 +317,5 @@ TEST_CASE("the Gram matrix is averaged over the last views, with state and resto
         const double slope = 2 * (mean - 1) / 9 * 2 * visits[step].red / static_cast<double>(counted[step].size());
         CHECK(picture.grad()[0].sum().item<double>() == Approx(slope).margin(1e-12));
     }
-    CHECK(whole->state().size() == 9);
+    CHECK(whole->state().size() == 6);
 }

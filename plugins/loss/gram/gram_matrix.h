@@ -1,6 +1,6 @@
 #pragma once
 
-/// \file Gram matrices, or means and covariances, of features as tensors with a gradient, and their average over recent views.
+/// \file Gram matrices of features as tensors with a gradient, and their average over recent views.
 
 #include <fresco/torch/loss.h>
 
@@ -16,47 +16,35 @@
 namespace gram
 {
 
-/// First and second moments of features.
-struct Moments
-{
-    torch::Tensor mean;    ///< C; undefined where nobody wants it.
-    torch::Tensor second;  ///< C x C: F·Fᵀ / N, the Gram matrix divided by the number of features (StyleMesh, section 3.4)
-};
+/// F·Fᵀ / N of `features` (C x N, float32 or float64, N >= 1): the Gram matrix divided by the number of features (StyleMesh,
+/// section 3.4); differentiable. Sums run over fixed blocks in a fixed order, so the result and the gradient are the same for any
+/// thread count.
+torch::Tensor gram_matrix(const torch::Tensor& features);
 
-/// Moments of `features` (C x N, float32 or float64, N >= 1); differentiable. Sums run over fixed blocks in a fixed order, so the
-/// result and the gradient are the same for any thread count.
-Moments moments(const torch::Tensor& features, bool with_mean = true);
-
-/// Moments of all features and of the first `fine_count` of them; the second is missing if none is fine. Equals moments() of
-/// each, for less work: what both share is multiplied once, forward and back.
-struct MomentsOfBoth
+/// The matrix of all features and that of the first `fine_count` of them; the second is missing if none is fine. Equals
+/// gram_matrix() of each, for less work: what both share is multiplied once, forward and back.
+struct GramOfBoth
 {
-    Moments all;
-    std::optional<Moments> fine;
+    torch::Tensor all;
+    std::optional<torch::Tensor> fine;
 };
-MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean = true);
+GramOfBoth gram_of_both(const torch::Tensor& features, std::int64_t fine_count);
 
 /// The factors of products in gram_distance(); float64, on the CPU. They depend only on the view: another device needs them once
 /// a visit. `scale`: factor of every squared difference.
 torch::Tensor gram_weights(const std::vector<fresco::LevelColumns>& levels, bool has_fine_target, double scale);
 
-/// Sums, over the levels with their shares, the squared differences of all features' second moment and of that of the fine ones,
+/// Sums, over the levels with their shares, the squared differences of all features' Gram matrix and of that of the fine ones,
 /// where there are any, each to its target. Differentiable. `features`: the levels' columns side by side, at least one.
 /// `targets`: that of all and that of the fine ones, if there is one, C x C each. `weights`: gram_weights() in the features' type
 /// and place.
 torch::Tensor gram_distance(const torch::Tensor& features, const std::vector<fresco::LevelColumns>& levels,
                             const torch::Tensor& targets, const torch::Tensor& weights);
 
-/// second - mean·meanᵀ.
-torch::Tensor covariance(const Moments& moments);
-
 /// mean over elements of (a - b)².
 torch::Tensor mean_square_difference(const torch::Tensor& a, const torch::Tensor& target);
 
-/// Σ (a - target)² / Σ target². A target of zeros counts as one of length 1.
-torch::Tensor relative_square_difference(const torch::Tensor& a, const torch::Tensor& target);
-
-/// The mean of the moments of the last visits to views, kept apart by name (level, layer, pixels). Consecutive steps on one view
+/// The mean of the matrices of the last visits to views, kept apart by name (level, layer, pixels). Consecutive steps on one view
 /// are one visit, of which the last step counts.
 class ViewAverage
 {
@@ -74,7 +62,7 @@ class ViewAverage
 
     /// The mean of `current` and of the up to `count` - 1 visits before it, as `current` in type and device. Gradients flow
     /// only through `current`. Remembers `current`; a second call for the same step replaces the first.
-    Moments average(const std::string& name, const Visit& visit, const Moments& current);
+    torch::Tensor average(const std::string& name, const Visit& visit, const torch::Tensor& current);
 
     fresco::TensorMap state() const;
     /// Throws Error for a state that state() did not make.
@@ -85,7 +73,7 @@ class ViewAverage
     {
         std::int64_t step = 0;
         std::int64_t view = 0;
-        Moments moments;
+        torch::Tensor matrix;
     };
 
     int count_;

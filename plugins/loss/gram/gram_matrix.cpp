@@ -1,4 +1,4 @@
-#include "moments.h"
+#include "gram_matrix.h"
 
 #include <fresco/error.h>
 #include <fresco/math.h>
@@ -42,11 +42,6 @@ torch::Tensor symmetric(const torch::Tensor& gradient, double count)
     return gradient.defined() ? (gradient + gradient.t()).div_(count) : gradient;
 }
 
-torch::Tensor per_feature(const torch::Tensor& gradient, double count)
-{
-    return gradient.defined() ? gradient / count : gradient;
-}
-
 torch::Tensor sum_of(const torch::Tensor& a, const torch::Tensor& b)
 {
     if (!a.defined() || !b.defined())
@@ -60,10 +55,8 @@ fresco::MatrixView view(const torch::Tensor& matrix)
             matrix.stride(0), matrix.stride(1)};
 }
 
-/// Writes `factor` (symmetric) times `features`, plus `offset`, each if defined, to `gradient`, which has the features' place in
-/// memory.
-void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, const torch::Tensor& features,
-                    const torch::Tensor& gradient)
+/// Writes `factor` (symmetric, if defined) times `features` to `gradient`, which has the features' place in memory.
+void write_gradient(const torch::Tensor& factor, const torch::Tensor& features, const torch::Tensor& gradient)
 {
     // Symmetric, so that the product can keep the order of the features in memory.
     const bool turned = features.t().is_contiguous();
@@ -78,40 +71,23 @@ void write_gradient(const torch::Tensor& factor, const torch::Tensor& offset, co
         fresco::multiply_matrices(view(a), view(b), out.data_ptr<float>(), at::get_num_threads());
     else
         out.copy_(fresco::matrix_product(a, b));
-    if (offset.defined())
-        gradient.add_(offset.unsqueeze(1));
 }
 
-/// C x N features, the first `fine_count` of them fine -> the second moments of all and, if any, of the fine ones; with_mean:
-/// then the means of both.
-struct MomentsFunction : torch::autograd::Function<MomentsFunction>
+/// C x N features, the first `fine_count` of them fine -> the matrix of all and, if any, of the fine ones.
+struct GramFunction : torch::autograd::Function<GramFunction>
 {
     static torch::autograd::variable_list forward(torch::autograd::AutogradContext* context, const torch::Tensor& features,
-                                                  std::int64_t fine_count, bool with_mean)
+                                                  std::int64_t fine_count)
     {
         context->save_for_backward({features});
         context->saved_data["fine_count"] = fine_count;
-        context->saved_data["with_mean"] = with_mean;
         context->set_materialize_grads(false);
         const auto count = static_cast<double>(features.size(1));
-        const auto fine = features.narrow(1, 0, fine_count);
         const auto others = features.narrow(1, fine_count, features.size(1) - fine_count);
-        const auto fine_number = static_cast<double>(fine_count);
-        torch::autograd::variable_list results;
         if (fine_count == 0)
-            results = {products(others).div_(count)};
-        else
-        {
-            const auto fine_products = products(fine);
-            results = {(products(others) + fine_products).div_(count), fine_products / fine_number};
-        }
-        if (!with_mean)
-            return results;
-        const auto fine_sum = fresco::ordered_sum(fine, 1);
-        results.push_back((fresco::ordered_sum(others, 1) + fine_sum).div_(count));
-        if (fine_count > 0)
-            results.push_back(fine_sum / fine_number);
-        return results;
+            return {products(others).div_(count)};
+        const auto fine_products = products(features.narrow(1, 0, fine_count));
+        return {(products(others) + fine_products).div_(count), fine_products / static_cast<double>(fine_count)};
     }
 
     static torch::autograd::variable_list backward(torch::autograd::AutogradContext* context,
@@ -119,25 +95,15 @@ struct MomentsFunction : torch::autograd::Function<MomentsFunction>
     {
         const auto features = context->get_saved_variables()[0];
         const auto fine_count = context->saved_data["fine_count"].toInt();
-        const auto gradient = [&](bool of_mean, bool of_fine)
-        {
-            if ((of_mean && !context->saved_data["with_mean"].toBool()) || (of_fine && fine_count == 0))
-                return torch::Tensor();
-            return gradients.at((of_mean ? (fine_count > 0 ? 2U : 1U) : 0U) + (of_fine ? 1U : 0U));
-        };
-        const auto count = static_cast<double>(features.size(1));
-        const auto factor = symmetric(gradient(false, false), count);
-        const auto offset = per_feature(gradient(true, false), count);
+        const auto factor = symmetric(gradients.at(0), static_cast<double>(features.size(1)));
         const auto result = at::empty_strided(features.sizes(), features.strides(), features.options());
-        const auto write = [&](std::int64_t first, std::int64_t number, const torch::Tensor& of, const torch::Tensor& plus)
-        { write_gradient(of, plus, features.narrow(1, first, number), result.narrow(1, first, number)); };
+        const auto write = [&](std::int64_t first, std::int64_t number, const torch::Tensor& of)
+        { write_gradient(of, features.narrow(1, first, number), result.narrow(1, first, number)); };
         if (fine_count < features.size(1))
-            write(fine_count, features.size(1) - fine_count, factor, offset);
-        const auto fine_number = static_cast<double>(fine_count);
+            write(fine_count, features.size(1) - fine_count, factor);
         if (fine_count > 0)
-            write(0, fine_count, sum_of(factor, symmetric(gradient(false, true), fine_number)),
-                  sum_of(offset, per_feature(gradient(true, true), fine_number)));
-        return {result, torch::Tensor(), torch::Tensor()};
+            write(0, fine_count, sum_of(factor, symmetric(gradients.at(1), static_cast<double>(fine_count))));
+        return {result, torch::Tensor()};
     }
 };
 
@@ -209,7 +175,7 @@ struct GramDistance : torch::autograd::Function<GramDistance>
         {
             const auto first = runs[static_cast<std::size_t>(2 * i)];
             const auto number = runs[static_cast<std::size_t>(2 * i + 1)];
-            write_gradient(slopes[i], {}, features.narrow(1, first, number), result.narrow(1, first, number));
+            write_gradient(slopes[i], features.narrow(1, first, number), result.narrow(1, first, number));
         }
         return {result, torch::Tensor(), torch::Tensor(), torch::Tensor()};
     }
@@ -223,9 +189,9 @@ torch::Tensor in_rows(const torch::Tensor& features)
 
 }  // namespace
 
-Moments moments(const torch::Tensor& features, bool with_mean)
+torch::Tensor gram_matrix(const torch::Tensor& features)
 {
-    return moments_of_both(features, 0, with_mean).all;
+    return gram_of_both(features, 0).all;
 }
 
 torch::Tensor gram_weights(const std::vector<fresco::LevelColumns>& levels, bool has_fine_target, double scale)
@@ -265,17 +231,10 @@ torch::Tensor gram_distance(const torch::Tensor& features, const std::vector<fre
     return GramDistance::apply(in_rows(features), levels, targets, weights);
 }
 
-MomentsOfBoth moments_of_both(const torch::Tensor& features, std::int64_t fine_count, bool with_mean)
+GramOfBoth gram_of_both(const torch::Tensor& features, std::int64_t fine_count)
 {
-    const auto values = MomentsFunction::apply(in_rows(features), fine_count, with_mean);
-    const std::size_t sets = fine_count > 0 ? 2 : 1;
-    const auto of = [&](std::size_t set) { return Moments{with_mean ? values[sets + set] : torch::Tensor(), values[set]}; };
-    return {of(0), fine_count > 0 ? std::optional(of(1)) : std::nullopt};
-}
-
-torch::Tensor covariance(const Moments& moments)
-{
-    return moments.second - moments.mean.unsqueeze(1) * moments.mean.unsqueeze(0);
+    const auto values = GramFunction::apply(in_rows(features), fine_count);
+    return {values[0], fine_count > 0 ? std::optional(values[1]) : std::nullopt};
 }
 
 torch::Tensor mean_square_difference(const torch::Tensor& a, const torch::Tensor& target)
@@ -283,14 +242,7 @@ torch::Tensor mean_square_difference(const torch::Tensor& a, const torch::Tensor
     return sum_of_squares(a - target) / static_cast<double>(a.numel());
 }
 
-torch::Tensor relative_square_difference(const torch::Tensor& a, const torch::Tensor& target)
-{
-    // As a tensor: another device need not be waited for.
-    const auto scale = sum_of_squares(target);
-    return sum_of_squares(a - target) / at::where(scale > 0, scale, at::ones_like(scale));
-}
-
-Moments ViewAverage::average(const std::string& name, const Visit& visit, const Moments& current)
+torch::Tensor ViewAverage::average(const std::string& name, const Visit& visit, const torch::Tensor& current)
 {
     auto& kept = kept_[name];
     const bool same_visit =
@@ -299,15 +251,11 @@ Moments ViewAverage::average(const std::string& name, const Visit& visit, const 
         kept.pop_back();
     while (kept.size() >= static_cast<std::size_t>(count_))
         kept.pop_front();
-    Moments sum = current;
+    torch::Tensor sum = current;
     for (const auto& earlier : kept)
-    {
-        sum.mean = sum.mean + earlier.moments.mean.to(current.mean.options());
-        sum.second = sum.second + earlier.moments.second.to(current.second.options());
-    }
-    kept.push_back({visit.step, visit.view, {current.mean.detach(), current.second.detach()}});
-    const auto count = static_cast<double>(kept.size());
-    return {sum.mean / count, sum.second / count};
+        sum = sum + earlier.matrix.to(current.options());
+    kept.push_back({visit.step, visit.view, current.detach()});
+    return sum / static_cast<double>(kept.size());
 }
 
 fresco::TensorMap ViewAverage::state() const
@@ -320,8 +268,7 @@ fresco::TensorMap ViewAverage::state() const
         {
             const auto prefix = fmt::format("{}.{}", name, number++);
             state[prefix + ".visit"] = at::tensor({each.step, each.view}, at::kLong);
-            state[prefix + ".mean"] = each.moments.mean.cpu().clone();
-            state[prefix + ".second"] = each.moments.second.cpu().clone();
+            state[prefix + ".matrix"] = each.matrix.cpu().clone();
         }
     }
     return state;
@@ -340,9 +287,8 @@ void ViewAverage::restore(const fresco::TensorMap& state)
         {
             const auto prefix = fmt::format("{}.{}", name, number);
             const auto visit = state.at(prefix + ".visit");
-            kept_[name].push_back({visit[0].item<std::int64_t>(),
-                                   visit[1].item<std::int64_t>(),
-                                   {state.at(prefix + ".mean").clone(), state.at(prefix + ".second").clone()}});
+            kept_[name].push_back(
+                {visit[0].item<std::int64_t>(), visit[1].item<std::int64_t>(), state.at(prefix + ".matrix").clone()});
         }
     }
 }

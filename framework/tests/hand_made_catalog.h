@@ -72,8 +72,8 @@ inline Catalog hand_made_catalog()
          "help": "Stop at this many triangles"},
         {"name": "keep_borders", "kind": "bool", "default": true, "help": "Keep open borders"},
         {"name": "method", "kind": "text", "default": "quadric", "choices": ["quadric", "edge"], "help": "How"})json"));
-    catalog.add(stage("atlas.flat", "mesh mesh", "atlas mesh",
-                      R"({"name": "size_px", "kind": "int", "default": 2048, "help": "Side"})"));
+    catalog.add(
+        stage("atlas.flat", "mesh mesh", "atlas mesh", R"({"name": "size_px", "kind": "int", "default": 2048, "help": "Side"})"));
     catalog.add(stage("uvmaps.raster", "mesh mesh, frames frames", "maps uv_maps", R"json(
         {"name": "heights_px", "kind": "ints", "default": [256], "min": 16.0, "max": 4096.0, "help": "Heights"},
         {"name": "weights", "kind": "numbers", "default": [], "help": "Weights"})json"));
@@ -83,11 +83,8 @@ inline Catalog hand_made_catalog()
         {"name": "max_steps", "kind": "int", "default": 0, "help": "Last step"},
         {"name": "weights", "kind": "input_file", "default": "", "help": "Weights of VGG-19"},
         {"name": "preview", "kind": "output_name", "default": "", "in_key": false, "help": "Preview picture"},
-        {"name": "losses", "kind": "components", "component_kind": "loss", "default": "auto", "help": "Weighted losses",
-         "auto": {"option": "weights",
-                  "if_empty": {"style": {"type": "loss.gram", "weight": 2.0}},
-                  "if_set": {"style": {"type": "loss.gram", "features": {"type": "features.vgg", "weights": "${weights}"}},
-                             "content": {"type": "loss.content"}}}},
+        {"name": "losses", "kind": "components", "component_kind": "loss", "default": {"style": {"type": "loss.gram", "weight": 2.0}},
+         "help": "Weighted losses"},
         {"name": "rule", "kind": "component", "component_kind": "rule", "help": "Optional rule"})json"));
     catalog.add(stage(
         "export.gltf", "texture texture", "files files",

@@ -31,7 +31,7 @@ struct Hex
 };
 
 template <class T>
-constexpr bool has_members = std::is_same_v<T, OptionDeclaration> || std::is_same_v<T, AutoRule> || std::is_same_v<T, RuleForm> ||
+constexpr bool has_members = std::is_same_v<T, OptionDeclaration> || std::is_same_v<T, RuleForm> ||
                              std::is_same_v<T, FileFormat> || std::is_same_v<T, Marks>;
 
 /// Calls visit(key, member) for each member, in the order of descriptions; for an option, only for those that its description
@@ -52,16 +52,9 @@ void visit_members(T& it, const Visit& visit)
         visit("in_key", it.in_key);
         visit("device", it.is_device);
         visit("optional", it.optional);
-        visit("auto", it.auto_rule);
         visit("chosen_by", it.chosen_by);
         visit("for_form", it.for_form);
         visit("rule", it.rule);
-    }
-    else if constexpr (requires { it.if_empty; })
-    {
-        visit("option", it.option);
-        visit("if_empty", it.if_empty);
-        visit("if_set", it.if_set);
     }
     else if constexpr (requires { it.parts_of; })
     {
@@ -222,7 +215,7 @@ std::string OptionDeclaration::accepted() const
         return "{type: …} of kind '" + component_kind + "'" + (optional ? ", or none" : "") +
                (chosen_by.empty() ? "" : ", or auto: by what '" + chosen_by + "' contains");
     case OptionKind::components:
-        return "a map {name: {type: …}} of kind '" + component_kind + "'" + (auto_rule ? ", or auto" : "");
+        return "a map {name: {type: …}} of kind '" + component_kind + "'";
     case OptionKind::input_files:
         return "a list of paths of existing files";
     case OptionKind::command_line:

@@ -139,7 +139,6 @@ Value OptionChecker::complete(const KnownType& type, YamlNode config, const std:
     for (const YamlNode::Entry& entry : config.entries)
         if (std::ranges::find(known, entry.key) == known.end())
             problems_.add(entry, user + " has no option '" + entry.key + "'" + suggestion(entry.key, known));
-    expand_auto(*type.declaration, config);
     Value result = Value::Map{};
     for (const OptionDeclaration& option : type.declaration->options)
     {

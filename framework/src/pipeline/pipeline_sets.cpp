@@ -88,7 +88,6 @@ class Setter
         const OptionDeclaration* option = type ? type.declaration->option(key) : nullptr;
         if (!option || !option->is_slot())
             return nullptr;
-        expand_auto(*type.declaration, config);
         if (!config.find(key) && !option->default_value.is_null())
             config.set(key, yaml_from_value(option->default_value, config));
         return option;

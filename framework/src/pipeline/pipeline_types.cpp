@@ -5,7 +5,6 @@
 #include <fresco/wording.h>
 
 #include <algorithm>
-#include <boost/algorithm/string/replace.hpp>
 
 namespace fresco::host
 {
@@ -21,25 +20,6 @@ const Refusal* probable_refusal(const Catalog& catalog, const std::string& type)
         if (refusal.library.stem() == name || (" " + refusal.reason + " ").find(" " + type + " ") != std::string::npos)
             return &refusal;
     return nullptr;
-}
-
-void put_in(YamlNode& node, const std::string& reference, const YamlNode& value)
-{
-    if (node.is_scalar() && node.text == reference)
-    {
-        // The value keeps where it was written: its path counts from there.
-        YamlNode placed = value;
-        placed.origin = value.written_in();
-        placed.stand_at(node);
-        node = std::move(placed);
-        return;
-    }
-    if (node.is_scalar() && value.is_scalar())
-        boost::replace_all(node.text, reference, value.text);
-    for (YamlNode& item : node.items)
-        put_in(item, reference, value);
-    for (YamlNode::Entry& entry : node.entries)
-        put_in(entry.value, reference, value);
 }
 
 }  // namespace
@@ -174,26 +154,6 @@ std::optional<std::string> type_named_by(const YamlNode& config, const std::stri
         return std::nullopt;
     }
     return resolved.value.as_string();
-}
-
-void expand_auto(const TypeDeclaration& declaration, YamlNode& config)
-{
-    for (const OptionDeclaration& option : declaration.options)
-    {
-        const YamlNode::Entry* written = config.find(option.name);
-        const bool by_default = !written && option.default_value == Value("auto");
-        if (!option.auto_rule || !(by_default || (written && written->value.is_scalar() && written->value.text == "auto")))
-            continue;
-        const YamlNode::Entry* decider = config.find(option.auto_rule->option);
-        const OptionDeclaration* declared = declaration.option(option.auto_rule->option);
-        const YamlNode decides = decider ? decider->value : yaml_from_value(declared ? declared->default_value : Value(), config);
-        const bool empty = decides.is_valid() && decides.text.empty() && decides.items.empty() && decides.entries.empty();
-        YamlNode expanded =
-            yaml_from_value(empty ? option.auto_rule->if_empty : option.auto_rule->if_set, written ? written->value : config);
-        if (!empty)
-            put_in(expanded, "${" + option.auto_rule->option + "}", decides);
-        config.set(option.name, std::move(expanded));
-    }
 }
 
 }  // namespace fresco::host

@@ -69,8 +69,4 @@ class TypeTable
 /// names none.
 std::optional<std::string> type_named_by(const YamlNode& config, const std::string& user, ProblemList* problems);
 
-/// Puts in place of each `auto` (written, or the default of an option that is not written) of `config`, a map of options of the
-/// type `declaration`, the configurations that it stands for.
-void expand_auto(const TypeDeclaration& declaration, YamlNode& config);
-
 }  // namespace fresco::host

@@ -77,10 +77,6 @@ std::string components(const OptionDeclaration& option, const TypeTable& types)
     std::string text = "\nFor " + code(option.name) + ": ";
     const auto names = types.names_of_kind(option.component_kind);
     text += names.empty() ? "no plugin is there.\n" : join(each(names, link), ", ") + ".\n";
-    if (option.auto_rule)
-        text += "`auto` stands for, if " + code(option.auto_rule->option) + " is empty,\n\n```yaml\n" +
-                to_json(option.auto_rule->if_empty) + "\n```\n\nand otherwise\n\n```yaml\n" + to_json(option.auto_rule->if_set) +
-                "\n```\n";
     return text;
 }
 

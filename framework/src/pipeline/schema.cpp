@@ -120,7 +120,7 @@ Value accepted_schema(const OptionDeclaration& option)
     {
         const Value component = reference("kind." + option.component_kind);
         List ways{option.kind == OptionKind::component ? component : map_of(component), reference("var")};
-        if (option.optional || option.auto_rule || !option.chosen_by.empty())
+        if (option.optional || !option.chosen_by.empty())
             ways.push_back(Map{{"const", option.optional ? "none" : "auto"}});
         return any_of(std::move(ways));
     }

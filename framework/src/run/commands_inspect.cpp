@@ -123,9 +123,6 @@ void write_options(const TypeDeclaration& declaration, const TypeTable& types, s
         const std::vector<std::string> fitting = types.names_of_kind(option.component_kind);
         out << "\nfor '" << option.name << "' there " << (fitting.size() == 1 ? "is" : "are") << ": ";
         out << (fitting.empty() ? "no plugins" : join(fitting, ", ")) << '\n';
-        if (option.auto_rule)
-            out << "  auto, if '" << option.auto_rule->option << "' is empty: " << to_json(option.auto_rule->if_empty)
-                << "\n  auto, otherwise: " << to_json(option.auto_rule->if_set) << '\n';
     }
 }
 

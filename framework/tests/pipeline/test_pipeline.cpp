@@ -45,7 +45,7 @@ TEST_CASE("A pipeline is completed down to the options of its components", "[pip
     // A whole number for a number is a number: 150 and 150.0 are one cache key.
     CHECK(options_of(result, "frames") == R"({"min_sharpness":150.0})");
     CHECK(options_of(result, "scan") == R"({"path":")" + (folder.path() / "scan").string() + R"(","every":1})");
-    // An empty output name and an optional slot are left out; `auto` follows the empty weights.
+    // An empty output name and an optional slot are left out.
     CHECK(options_of(result, "texture") ==
           R"({"size_px":2048,"epochs":2,"max_steps":0,"weights":"","losses":{"style":)"
           R"({"type":"loss.gram","weight":2.0,"features":{"type":"features.edges","seed":1}}}})");
@@ -55,12 +55,9 @@ TEST_CASE("A pipeline is completed down to the options of its components", "[pip
     CHECK(texture.input_files == Files{folder.path() / "pic.jpg"});
     CHECK(each(texture.components, &TypeDescription::type) == Words{"features.edges", "loss.gram", "read.image"});
 
-    // auto follows the option that decides it.
-    const PipelineResult weighted = check(folder, room, usual_catalog(), {{"weights", "vgg.st"}});
-    const std::string weights = (folder.path() / "vgg.st").string();
-    CHECK_THAT(options_of(weighted, "texture"),
-               Contains(R"("losses":{"content":{"type":"loss.content","weight":70.0},"style":{"type":"loss.gram","weight":1.0,)" +
-                        std::string(R"("features":{"type":"features.vgg","weights":")") + weights + R"("}}}})"));
+    // Files of the stage and of its components.
+    const PipelineResult weighted =
+        check(folder, room + "    losses: {a: {type: loss.gram, features: {type: features.vgg, weights: vgg.st}}}\n");
     CHECK(weighted.pipeline.find("texture")->input_files == Files{folder.path() / "pic.jpg", folder.path() / "vgg.st"});
 }
 
@@ -75,7 +72,6 @@ TEST_CASE("Components are written as a type, with or without options, in any ord
           losses("{a: {features: {seed: 1, type: features.edges}, weight: 1, type: loss.gram}, b: {type: loss.content}}"));
     CHECK_THAT(by_word, Contains(R"("losses":{"a":{"type":"loss.gram","weight":1.0,"features":)"));
     CHECK_THAT(losses("{}"), Contains(R"("losses":{})"));
-    CHECK(losses("auto") == options_of(check(folder, room), "texture"));
 
     const auto judged = [&](const std::string& options)
     { return options_of(check(folder, "version: 1\nstages: {a: {type: mesh.judged" + options + "}}\n"), "a"); };
@@ -198,9 +194,6 @@ TEST_CASE("--set reaches into components, also those that are only defaults", "[
     for (const auto& [sets, found] : std::vector<std::pair<Sets, std::string>>{
              {{{"texture.losses.style.weight", "5"}}, R"("style":{"type":"loss.gram","weight":5.0)"},
              {{{"texture.losses.style.features.seed", "9"}}, R"({"type":"features.edges","seed":9})"},
-             // The values that decide `auto` are set first, in any order.
-             {{{"texture.losses.content.weight", "3"}, {"texture.weights", "vgg.st"}},
-              R"("content":{"type":"loss.content","weight":3.0})"},
              {{{"texture.losses.more.type", "loss.content"}, {"texture.losses.more.weight", "4"}},
               R"("more":{"type":"loss.content","weight":4.0},"style")"},
              {{{"texture.losses", "{one: {type: loss.content, weight: 1}}"}},

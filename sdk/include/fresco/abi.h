@@ -16,7 +16,8 @@
  *      ArtifactFolder::references, Mesh::saved_in, Mesh::texture_px, Mesh::offset_m, Frames::offset_m, MeshReadReport::positions,
  *      UvMaps::texture_px and uv_bits; outputs that may be left out, or name their parts; OptionDeclaration::rule and formats;
  *      FileReader::formats, FileOrigin; RunContext::origin; Part::fine_count; constructors of SlotBase and Value in the library;
- *      OptionDeclaration::of_pipeline and chosen_by, Component::marks, InputPath; one parse_ply, parse_obj and read_mesh
+ *      OptionDeclaration::of_pipeline and chosen_by, Component::marks, InputPath; one parse_ply, parse_obj and read_mesh;
+ *      without AutoRule
  */
 #include <stddef.h>
 #include <stdint.h>

@@ -186,7 +186,8 @@ class Slot final : public detail::SlotBase
     std::shared_ptr<T> component_;
 };
 
-/// Named components, in the order of the names. The default is a JSON map {name: {type: …}, …}, or "auto" when a rule is given.
+/// Named components, in the order of the names. The default is a JSON map {name: {type: …}, …}; without one the pipeline must
+/// name them.
 template <class T>
 class SlotMap final : public detail::SlotBase
 {
@@ -194,14 +195,6 @@ class SlotMap final : public detail::SlotBase
     SlotMap(Configurable* owner, std::string name, const std::string& default_config, std::string help)
         : SlotBase(owner, std::move(name), OptionKind::components, T::component_kind, default_config, std::move(help))
     {
-    }
-
-    /// The word `auto` stands for the map `if_empty` (JSON) where the owner's option `option` is empty, else for `if_set`, in
-    /// which the text "${option}" is replaced by that option's value. Returns itself, to be called in the member initializer.
-    SlotMap& auto_rule(const std::string& option, std::string_view if_empty, std::string_view if_set)
-    {
-        declaration_.auto_rule = AutoRule{option, parse_json(if_empty, "auto rule"), parse_json(if_set, "auto rule")};
-        return *this;
     }
 
     const std::map<std::string, std::shared_ptr<T>>& operator*() const { return components_; }

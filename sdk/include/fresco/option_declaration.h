@@ -72,14 +72,6 @@ enum class OptionKind
     rules  ///< A rule for each part of an artifact (RuleForm); part -> {input, number} once it is checked.
 };
 
-/// `auto` of a components option: `if_empty` where the owner's option `option` is empty, else `if_set` with "${option}" replaced.
-struct AutoRule
-{
-    std::string option;
-    Value if_empty;
-    Value if_set;
-};
-
 /// An artifact that a port may have.
 struct PortArtifact
 {
@@ -115,8 +107,7 @@ struct OptionDeclaration
     bool in_key = true;
     bool is_device = false;  ///< Says whether the stage works on a GPU (fresco::chooses_device).
     std::string component_kind{};
-    bool optional = false;  ///< For a component: the word `none` leaves it empty.
-    std::optional<AutoRule> auto_rule{};
+    bool optional = false;     ///< For a component: the word `none` leaves it empty.
     bool of_pipeline = false;  ///< A component that the pipeline chooses for all its stages; listed apart from the options.
     std::string chosen_by{};   ///< Makes `auto` the component whose Marks fit the path in this option.
     std::string for_form{};    ///< A component of the pipeline is left out unless a port of the stage has this exchange form.

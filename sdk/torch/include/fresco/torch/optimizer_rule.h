@@ -16,7 +16,7 @@ struct Evaluation
     std::vector<SparseGradient> gradients;
 };
 
-/// Renders, evaluates and back-propagates the step's view. A rule calls it at least once; L-BFGS calls it several times.
+/// Renders, evaluates and back-propagates the step's view. A rule calls it at least once; a line search calls it several times.
 using Evaluate = std::function<Evaluation()>;
 
 /// How a step changes the texture. Used by one thread.

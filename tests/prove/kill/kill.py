@@ -64,9 +64,9 @@ class Site:
         return status != 0, events
 
     def files(self):
-        """What the run made, but for the report, which shows times, and the record of what was written."""
+        """What the run made, but for the report, which shows times, the pictures that it shows meanwhile, which go by time, and the record of what was written."""
         return {str(file.relative_to(self.out)): hashlib.sha256(file.read_bytes()).hexdigest()
-                for file in sorted(self.out.rglob("*")) if file.is_file() and file.name not in ("report.html", "run.json", "progress.jsonl", ".fresco-outputs")}
+                for file in sorted(self.out.rglob("*")) if file.is_file() and file.relative_to(self.out).parts[0] not in ("report.html", "run.json", "progress", "progress.jsonl", ".fresco-outputs")}
 
     def finish(self, expected):
         """Runs to the end and compares. Call it whenever a run came through."""

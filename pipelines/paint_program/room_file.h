@@ -35,10 +35,9 @@ struct Settings
     std::filesystem::path scan;
     std::vector<std::filesystem::path> pictures;  ///< At least one. Several: the axis `picture` of a matrix.
     /// {"texture.stroke_cm": 6}: options of the stages texture, atlas, relief, which is added for them, and strokes, which lays
-    /// brush strokes over StyleMesh's texture; and
-    /// "strength.color" and "strength.strokes" (0: photo, 1: painting), "unit_m" and "up" of a model or splats, "keep" (regions
-    /// of regions.planes that stay as photographed), "walls" (another picture for walls and ceiling). Above 4096, "atlas.size_px"
-    /// copies the picture's own detail.
+    /// brush strokes over StyleMesh's texture; and "strength.color" and "strength.strokes" (0: photo, 1: painting), "unit_m" and
+    /// "up" of a model or splats, "keep" (regions of regions.planes that stay as photographed), "walls" (another picture for
+    /// walls and ceiling). Above 4096, "atlas.size_px" copies the picture's own detail.
     Value chosen{Value::Map{}};
     std::vector<std::string> with{};  ///< Names among exports().
     std::filesystem::path weights{};  ///< VGG-19 for StyleMesh; empty: copy brush strokes.

@@ -223,7 +223,7 @@ constexpr float unavoidable_share = 0.5F;
 constexpr std::size_t unavoidable_step = 8;  // One of as many keys, at random: they lie in rows.
 
 constexpr std::size_t searched_together = 192;
-constexpr std::size_t continued_together = 1024;  // Each piece counts what is seen around its first patch anew.
+constexpr std::size_t continued_together = 1024;  // Every piece counts the uses around its first patch from scratch.
 constexpr std::size_t sampled_queries = 6000;     // Patches that are searched to see how well each key is served.
 /// A place that continues a neighbor's may differ by this much more than the best one: (d + tolerance) * factor.
 constexpr float coherence_factor = 2;

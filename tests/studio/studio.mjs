@@ -186,6 +186,8 @@ begun("photo");
 await late.evaluate(`look().then(() => watchRun("elsewhere"))`);
 await late.until(`document.getElementById("detail").textContent.includes("was killed")`);
 assert(await late.evaluate(`watched.clock_s >= 30 && watched.left_s <= 40`));
+// A past run that was shorter does not hide what is left of rounds.
+assert(await late.evaluate(`watched.leftOf({ state: "running", expected_s: 3, begun: 0, began: 0, heard: watched.clock_s, first: 0, done: 2, total: 9, unit: "rounds" }) > 100`));
 rmSync(log);
 begun("texture");
 await late.until(`document.getElementById("detail").textContent.startsWith("texture · 1 of 2 rounds")`);

@@ -160,8 +160,8 @@ TEST_CASE("every setting is a line of the pipeline file, which fits the plugins"
     model.chosen = Value::Map{{"strength.color", 0.5}, {"up", "z"}, {"unit_m", 0.001}};
     model.pictures.push_back(place.file("it's b.png"));
     CHECK(place.fits(model));
-    for (const char* part :
-         {"\n  unit_m: 0.001\n  up: \"z\"\n", "views: {type: render.views, input: {mesh: bake}, up: \"${up}\""})
+    for (const char* part : {"\n  unit_m: 0.001\n  up: \"z\"\n", "views: {type: render.views, input: {mesh: bake}, up: \"${up}\"",
+                             "preview:\n  atlas: {size_px: 768}  # enough to choose a picture by\n  views: {height_px: 480}\n"})
         CHECK(contains(text_of(model), part));
 
     place.write("a.splat", std::string(32, '\1'));

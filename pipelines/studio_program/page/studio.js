@@ -121,7 +121,7 @@ class Watch {
         return [...this.files].some(file => file.startsWith(`${stage}/`));
     }
 
-    /// Seconds that a stage still takes, by its past runs or else by its rate, which steady steps have; 0: unknown.
+    /// Seconds that a stage still takes: steady steps by their rate, others by it and by past runs, which may have been shorter; 0: unknown.
     leftOf({ state, expected_s = 0, begun, began, done, first, total, heard, unit }) {
         if (state === "waiting")
             return expected_s;
@@ -129,7 +129,7 @@ class Watch {
             return 0;
         const rate = done > first && heard > began ? (done - first) / (heard - began) : 0;
         const by_rate = rate ? Math.max(0, (total - done) / rate - (this.clock_s - heard)) : 0;
-        return unit === "steps" && by_rate ? by_rate : Math.max(0, expected_s - (this.clock_s - begun)) || by_rate;
+        return unit === "steps" && by_rate ? by_rate : Math.max(by_rate, expected_s - (this.clock_s - begun));
     }
 
     /// Seconds that the whole run still takes, as far as its stages ran before.

@@ -15,6 +15,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -229,6 +231,38 @@ Exported exported_mesh(const Value& options, const Mesh& mesh)
     return exported_from(options, {{"mesh", std::make_shared<Mesh>(mesh)}});
 }
 }  // namespace
+
+TEST_CASE("error_share leaves out what a flat surface does not need, in shares of the mesh's longest side")
+{
+    constexpr std::uint32_t side = 9;
+    TexturedMesh flat;
+    flat.image = square().image;
+    for (std::uint32_t i = 0; i < side * side; ++i)
+        flat.mesh.positions.push_back(
+            {static_cast<float>(i % side) * 10, static_cast<float>(i / side) * 10, i == 40 ? 0.4F : 0.0F});
+    const auto add = [&](std::array<std::uint32_t, 3> corners)
+    {
+        flat.mesh.triangles.push_back(corners);
+        for (const std::uint32_t corner : corners)
+            flat.mesh.texcoords.push_back({flat.mesh.positions[corner].x / 80, flat.mesh.positions[corner].y / 80});
+    };
+    for (std::uint32_t i = 0; i + side < side * side; ++i)
+        if (i % side + 1 < side)
+        {
+            add({i, i + 1, i + side + 1});
+            add({i, i + side + 1, i + side});
+        }
+    const auto highest = [&](double share)
+    {
+        const Glb glb(exported(Value::Map{{"error_share", share}}, flat).file);
+        const auto positions = glb.rows<Vec3f>("POSITION");
+        CHECK((positions.size() == side * side) == (share == 0));
+        return std::ranges::max(positions, {}, &Vec3f::z).z;
+    };
+    CHECK(highest(0) == 0.4F);
+    CHECK(highest(0.001) == 0.4F);  // 0.08 of 80 m.
+    CHECK(highest(0.02) == 0);
+}
 
 TEST_CASE("a mesh without a picture keeps its vertex colors to the step")
 {

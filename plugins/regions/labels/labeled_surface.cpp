@@ -122,20 +122,21 @@ LabeledSurface surface_from_segments(const std::string& groups, const std::strin
             label_of_segment[segment.as_int()] = label;
     }
     const Value indices = parse_json(segments, segments_source);
-    const Value::List& of_vertex = indices.at("segIndices").as_list();
-    if (of_vertex.size() != mesh.positions.size())
+    const Value::List& segment_of = indices.at("segIndices").as_list();
+    const bool are_of_faces = segments_source.ends_with(".fsegs.json");
+    const std::size_t expected = are_of_faces ? mesh.triangles.size() : mesh.positions.size();
+    if (segment_of.size() != expected)
         throw Error(
-            fmt::format("{} has the segments of {} vertices, the mesh on port 'labeled' has {}: these are labels of another "
-                        "mesh",
-                        segments_source, of_vertex.size(), mesh.positions.size()));
+            fmt::format("{} has the segments of {} {}, the mesh on port 'labeled' has {}: these are labels of another mesh",
+                        segments_source, segment_of.size(), are_of_faces ? "faces" : "vertices", expected));
     std::vector<std::uint32_t> labels;
-    labels.reserve(of_vertex.size());
-    for (const Value& segment : of_vertex)
+    labels.reserve(expected);
+    for (const Value& segment : segment_of)
     {
         const auto found = label_of_segment.find(segment.as_int());
         labels.push_back(found == label_of_segment.end() ? no_label : found->second);
     }
-    LabeledSurface result{mesh, names.take(), voted(mesh, labels)};
+    LabeledSurface result{mesh, names.take(), are_of_faces ? std::move(labels) : voted(mesh, labels)};
     if (std::ranges::all_of(result.label_of_face, [](std::uint32_t label) { return label == no_label; }))
         throw Error(groups_source + " names none of the segments of " + segments_source + ": they belong to different scans");
     return result;

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-/// \file Reads labels of faces from PLY, ScanNet's JSON or a model's materials, and carries them to another mesh of the same
-/// surface. The stage turns them into regions.
+/// \file Reads labels of faces from PLY, JSON of ScanNet and Matterport3D or a model's materials, and carries them to another
+/// mesh of the same surface. The stage turns them into regions.
 
 inline constexpr std::uint32_t no_label = std::numeric_limits<std::uint32_t>::max();
 
@@ -33,8 +33,9 @@ enum class Naming
 LabeledSurface surface_from_ply(std::span<const std::byte> bytes, const std::string& source, const std::string& property,
                                 Naming naming, const fresco::Mesh* moved);
 
-/// ScanNet's segmentation: `segments` (…segs.json) has the segment of each vertex of the mesh, `groups` (….aggregation.json) the
-/// objects, each with a label and its segments. Throws Error naming the file.
+/// ScanNet's or Matterport3D's segmentation: `segments` has the segment of each vertex (….segs.json) or face (….fsegs.json) of
+/// the mesh, `groups` (….aggregation.json, ….semseg.json) the objects, each with a label and its segments. Throws Error naming
+/// the file.
 LabeledSurface surface_from_segments(const std::string& groups, const std::string& groups_source, const std::string& segments,
                                      const std::string& segments_source, const fresco::Mesh& mesh);
 

@@ -33,10 +33,11 @@ class RegionsLabels final : public Stage
     Input<Frames> frames{this, "frames", optional, "The frames that the masks were drawn on"};
     Input<Regions> base{this, "regions", optional, "Regions of the same mesh for the faces that no label or mask has"};
     Output<Regions> regions{this, "regions", "The regions; faces without one are those of port 'regions', or 'other'"};
-    Option<InputFile> path{this, "path", InputFile{}, formats({ply_format(), json_format()}),
-                           "Labels: a PLY such as ScanNet's .labels.ply, or ScanNet's .aggregation.json"};
+    Option<InputFile> path{
+        this, "path", InputFile{}, formats({ply_format(), json_format()}),
+        "Labels: a PLY such as ScanNet's .labels.ply, ScanNet's .aggregation.json or Matterport3D's .semseg.json"};
     Option<InputFile> segments{this, "segments", InputFile{}, formats({json_format()}),
-                               "ScanNet's .segs.json, for an .aggregation.json"};
+                               "ScanNet's .segs.json or Matterport3D's .fsegs.json, for a 'path' that ends in .json"};
     Option<std::string> property{this, "property", "label",
                                  "Integer property of the PLY's vertices or faces that has the labels"};
     Option<std::string> naming{this, "naming", "nyu40", one_of({"nyu40", "numbers"}),
@@ -66,10 +67,10 @@ class RegionsLabels final : public Stage
         const bool is_json = path->path.extension() == ".json";
         if (is_json && (segments->empty() || !labeled.has_value()))
             throw Error(path->path.string() +
-                        " labels the segments of a mesh: set 'segments' to the scene's .segs.json, and wire the "
+                        " labels the segments of a mesh: set 'segments' to the scene's .segs.json or .fsegs.json, and wire the "
                         "mesh that both are for to the input 'labeled'");
         if (!is_json && !segments->empty())
-            throw Error("option \"segments\" is for a 'path' that ends in .aggregation.json");
+            throw Error("option \"segments\" is for a 'path' that ends in .json");
         if (objects.has_value() && !labeled.has_value())
             throw Error("wire the mesh that the objects are of to the input 'labeled'");
         if (labeled.has_value())

@@ -84,7 +84,7 @@ TEST_CASE("labels of a PLY: another property, floats, nothing labeled and anothe
     CHECK(read(ply("1111", ""), Naming::nyu40, &other).mesh.positions[2] == Vec3f{7, 8, 9});
 }
 
-TEST_CASE("labels of ScanNet's segmentation: objects name segments, segments hold vertices")
+TEST_CASE("labels of ScanNet's and Matterport3D's segmentations: objects name segments, segments hold vertices or faces")
 {
     const std::string text = ply("1111", "");
     const Mesh mesh = read(text).mesh;
@@ -101,6 +101,13 @@ TEST_CASE("labels of ScanNet's segmentation: objects name segments, segments hol
                       Contains("a.segs.json has the segments of 3 vertices, the mesh on port 'labeled' has 4"));
     CHECK_THROWS_WITH(labeled("[4, 4, 4, 4]"), Contains("a.aggregation.json names none of the segments of a.segs.json"));
     CHECK_THROWS_WITH(labeled("[4"), Contains("a.segs.json"));
+    // Matterport3D's are those of faces.
+    const auto of_faces = [&](const std::string& segments)
+    { return surface_from_segments(groups, "a.semseg.json", R"({"segIndices": )" + segments + "}", "a.fsegs.json", mesh); };
+    CHECK(name_of(of_faces("[2, 9]"), 0) == "floor");
+    CHECK(name_of(of_faces("[2, 9]"), 1) == "office chair");
+    CHECK_THROWS_WITH(of_faces("[7, 9, 7, 2]"),
+                      Contains("a.fsegs.json has the segments of 4 faces, the mesh on port 'labeled' has 2"));
 }
 
 namespace
@@ -270,7 +277,7 @@ TEST_CASE_METHOD(testing::StageTest, "regions.labels: materials of a model, Scan
 
     CHECK_THROWS_WITH(divided(both, {{"mesh", mesh}}, run), Contains("to the input 'labeled'"));
     CHECK_THROWS_WITH(divided(Value::Map{{"path", groups}}, {{"mesh", mesh}, {"labeled", mesh}}, run),
-                      Contains("set 'segments' to the scene's .segs.json"));
+                      Contains("set 'segments' to the scene's .segs.json or .fsegs.json"));
     CHECK_THROWS_WITH(divided(Value::Map{}, {{"mesh", mesh}}, run), Contains("set either 'path'"));
     CHECK_THROWS_WITH(divided(both, with_model, run), Contains("set either 'path'"));
     CHECK_THROWS_WITH(divided(Value::Map{{"masks", folder.path().string()}}, {{"mesh", mesh}}, run),

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr int largest_painted_px = 4096;  // From here on the picture's own detail is copied.
 constexpr int usual_px = 2048;
-constexpr int sheet_px = 768;
+constexpr int sheet_px = 768;  // Enough to choose a picture by.
 constexpr std::string_view command_mark = "#   ";
 constexpr std::string_view hash_mark = "# As written: ";
 
@@ -302,16 +302,18 @@ class Writer
             add("  views: {{type: render.views, input: {{mesh: bake}}, up: \"${{up}}\"}}  # from four sides");
         else if (kind_ != ScanKind::model && !wants("views"))
             add("  views: {{every_count: 8}}  # every 8th frame as a picture; all: --with views");
-        const bool has_sheet = settings_.pictures.size() > 1 && settings_.weights.empty();
-        if (settings_.for_page)
-            add("preview:\n  atlas: {{size_px: {}}}{}", size_px() > 0 ? std::min(size_px(), usual_px) : usual_px,
-                large_ ? fmt::format("\n  bake: {{size_px: {}}}", usual_px) : "");
-        else if (kind_ != ScanKind::model || has_sheet)
-            add("preview:{}\n  views: {{{}height_px: 480}}",
-                has_sheet ? fmt::format("\n  atlas: {{size_px: {}}}  # enough to choose a picture by",
-                                        size_px() > 0 ? std::min(size_px(), sheet_px) : sheet_px)
-                          : "",
-                kind_ != ScanKind::model ? "every_count: 8, " : "");
+        std::string smaller;
+        if (const bool has_sheet = settings_.pictures.size() > 1 && settings_.weights.empty(); has_sheet || settings_.for_page)
+        {
+            const int limit_px = settings_.for_page ? usual_px : sheet_px;
+            smaller = fmt::format("\n  atlas: {{size_px: {}}}", size_px() > 0 ? std::min(size_px(), limit_px) : limit_px) +
+                      (large_ ? fmt::format("\n  bake: {{size_px: {}}}", limit_px) : "");
+        }
+        if (!smaller.empty() || kind_ != ScanKind::model)
+            add("preview:{}{}", smaller,
+                settings_.for_page         ? ""
+                : kind_ == ScanKind::model ? "\n  views: {height_px: 480}"
+                                           : "\n  views: {every_count: 8, height_px: 480}");
     }
 
     void add_sight(const char* name, const std::string& style, const Value& view)

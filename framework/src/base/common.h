@@ -23,6 +23,8 @@ auto each(const Items& items, const Make& make)
 {
     using Result = std::remove_cvref_t<std::invoke_result_t<const Make&, std::ranges::range_reference_t<const Items&>>>;
     std::vector<std::conditional_t<std::is_void_v<As>, Result, As>> made;
+    if constexpr (std::ranges::sized_range<const Items&>)
+        made.reserve(std::ranges::size(items));
     for (const auto& item : items)
         made.push_back(std::invoke(make, item));
     return made;

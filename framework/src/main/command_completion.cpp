@@ -93,7 +93,7 @@ Words settings(const std::string& file, bool stages_alone)
 
 Words values_of(const CLI::Option& option, const Place& place)
 {
-    const std::string name = option.get_single_name();
+    const std::string& name = option.get_single_name();
     if (name == "set" || name == "until" || name == "without" || name == "thumbnails")
         return place.given.empty() ? Words{} : settings(place.given.front(), name != "set");
     if (name == "store" || name == "out" || name == "in")

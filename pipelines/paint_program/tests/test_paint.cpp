@@ -131,6 +131,9 @@ TEST_CASE("every setting is a line of the pipeline file, which fits the plugins"
     CHECK(place.fits(large));
     CHECK(contains(text_of(large), "base: large.yaml"));
     CHECK(contains(text_of(large), "bake: {size_px: 8192}"));
+    large.pictures.push_back(place.file("it's b.png"));
+    CHECK(place.fits(large));
+    CHECK(contains(text_of(large), "preview:\n  atlas: {size_px: 768}\n  bake: {size_px: 768}\n"));
 
     Settings network = place.settings();
     network.weights = place.file("vgg.pth");
@@ -161,7 +164,7 @@ TEST_CASE("every setting is a line of the pipeline file, which fits the plugins"
     model.pictures.push_back(place.file("it's b.png"));
     CHECK(place.fits(model));
     for (const char* part : {"\n  unit_m: 0.001\n  up: \"z\"\n", "views: {type: render.views, input: {mesh: bake}, up: \"${up}\"",
-                             "preview:\n  atlas: {size_px: 768}  # enough to choose a picture by\n  views: {height_px: 480}\n"})
+                             "preview:\n  atlas: {size_px: 768}\n  views: {height_px: 480}\n"})
         CHECK(contains(text_of(model), part));
 
     place.write("a.splat", std::string(32, '\1'));

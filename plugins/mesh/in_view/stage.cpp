@@ -1,6 +1,6 @@
 #include <fresco/error.h>
 #include <fresco/image_io.h>
-#include <fresco/images/lab.h>
+#include <fresco/images/recoloring.h>
 #include <fresco/mesh.h>
 #include <fresco/regions/regions.h>
 #include <fresco/rendering/raster_finder.h>
@@ -10,9 +10,11 @@
 #include <fresco/texturing/texture_pictures.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -92,18 +94,16 @@ class MeshInView final : public Stage
 
     /// The whole texture's colors decide, so that each view gets the same ones. texture.synthesize counts those that it fills in
     /// where nothing was seen, too.
-    ColorMap recoloring(const RasterF& rgb) const
+    Recoloring recoloring(const RasterF& rgb, const Progress& progress) const
     {
-        ColorMoments from, to;
+        ColorMoments from;
         for (std::size_t texel = 0; texel < texture->seen.values.size(); ++texel)
             if (texture->seen.values[texel] != 0)
                 from.add({double{rgb.values[3 * texel]}, double{rgb.values[3 * texel + 1]}, double{rgb.values[3 * texel + 2]}});
-        const auto& values = style->pixels.values;
-        const auto channels = static_cast<std::size_t>(style->pixels.channels);
-        for (std::size_t i = 0; i + channels <= values.size(); i += channels)
-            if (channels == 3 || values[i + 3] >= least_opaque_alpha)
-                to.add(Vec3d{double(values[i]), double(values[i + 1]), double(values[i + 2])} * (1.0 / 255));
-        return monge_kantorovich(from, to);
+        if (style->pixels.channels == 3)
+            return {from, style->pixels, {}};
+        const auto picture = texturing::opaque_picture(style->pixels, "port 'style'", progress);
+        return {from, picture.rgb, picture.opaque.values};
     }
 
     void run(RunContext& run) override
@@ -148,7 +148,9 @@ class MeshInView final : public Stage
     {
         const int size = texture->size_px();
         const RasterF rgb = texturing::collapse(*texture, progress);
-        const ColorMap colors = style.has_value() ? recoloring(rgb) : ColorMap{};
+        std::optional<Recoloring> recolored;
+        if (style.has_value())
+            recolored = recoloring(rgb, progress);
         const texturing::TexelFaces faces = texturing::find_texel_faces(seen, texturing::find_charts(seen), size, progress);
         Texture result;
         result.atlas = atlas_id(seen);
@@ -159,11 +161,10 @@ class MeshInView final : public Stage
             if (!faces.covered(texel) || texture->seen.values[texel] == 0)
                 continue;
             const float* from = &rgb.values[3 * texel];
-            const Vec3d color = colors({double{from[0]}, double{from[1]}, double{from[2]}});
+            const Vec3f color{from[0], from[1], from[2]};
             result.seen.values[texel] = 1;
-            float* to = &values.values[3 * texel];
-            for (const double value : {color.x, color.y, color.z})
-                *to++ = static_cast<float>(std::clamp(value, 0.0, 1.0));
+            const auto [red, green, blue] = recolored ? (*recolored)(color) : color;
+            std::ranges::copy(std::array{red, green, blue}, &values.values[3 * texel]);
         }
         return result;
     }

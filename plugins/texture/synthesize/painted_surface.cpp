@@ -2,7 +2,7 @@
 
 #include <fresco/error.h>
 #include <fresco/geometry/charts.h>
-#include <fresco/images/lab.h>
+#include <fresco/images/recoloring.h>
 #include <fresco/texturing/face_frame.h>
 #include <fresco/texturing/surface_fill.h>
 #include <fresco/texturing/texture_pictures.h>
@@ -149,18 +149,13 @@ void StartPicture::recolor(const Raster8& picture, const Raster8& opaque)
     for (std::size_t texel = 0; texel < faces_.inside.size(); ++texel)
         if (faces_.inside[texel] != 0)
             from.add({double{rgb_.values[3 * texel]}, double{rgb_.values[3 * texel + 1]}, double{rgb_.values[3 * texel + 2]}});
-    ColorMoments to;
-    for (std::size_t i = 0; i + 2 < picture.values.size(); i += 3)
-        if (opaque.empty() || opaque.values[i / 3] != 0)
-            to.add(Vec3d{double(picture.values[i]), double(picture.values[i + 1]), double(picture.values[i + 2])} * (1.0 / 255));
-    const ColorMap map = monge_kantorovich(from, to);
+    const Recoloring recolored(from, picture, opaque.values);
     for (std::size_t i = 0; i + 2 < rgb_.values.size(); i += 3)
     {
-        const Vec3d color = map({double{rgb_.values[i]}, double{rgb_.values[i + 1]}, double{rgb_.values[i + 2]}});
-        const auto clamped = [](double v) { return static_cast<float>(std::clamp(v, 0.0, 1.0)); };
-        rgb_.values[i] = clamped(color.x);
-        rgb_.values[i + 1] = clamped(color.y);
-        rgb_.values[i + 2] = clamped(color.z);
+        const Vec3f color = recolored({rgb_.values[i], rgb_.values[i + 1], rgb_.values[i + 2]});
+        rgb_.values[i] = color.x;
+        rgb_.values[i + 1] = color.y;
+        rgb_.values[i + 2] = color.z;
     }
 }
 

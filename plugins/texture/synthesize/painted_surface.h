@@ -66,7 +66,7 @@ class StartPicture
     std::size_t chart_texels() const { return chart_texels_; }
     std::size_t known_texels() const { return known_texels_; }
 
-    /// Maps its colors to a picture's (see fresco/recolor.h), clamped to [0,1]. `opaque`: 0 for pixels that do not count; empty:
+    /// Maps its colors to a picture's (see fresco/images/recoloring.h). `opaque`: 0 for pixels that do not count; empty:
     /// all do.
     void recolor(const Raster8& picture, const Raster8& opaque = {});
 

@@ -122,6 +122,22 @@ TEST_CASE("on a slanted wall, anisotropic lookups keep what runs along with the 
     CHECK(apart(rendering::TextureFilter::anisotropic) < 0.5 * apart(rendering::TextureFilter::trilinear));
 }
 
+TEST_CASE("a pixel on one face, which is looked up once, is as sharp as the mean of its samples")
+{
+    const TexturedMesh noise = wall(testing::noise_picture(256, 256, 1));
+    const auto contrast = [&](const rendering::Lights& lights)
+    {
+        const rendering::ViewRenderer renderer(noise, {.filter = rendering::TextureFilter::trilinear, .lights = lights});
+        const Raster8 picture = renderer.render(testing::camera(120, 120, 120), Progress{});
+        double sum = 0;
+        for (std::size_t i = 0; i < picture.values.size(); i += 4)
+            sum += (picture.values[i] - 127.5) * (picture.values[i] - 127.5);
+        return std::sqrt(sum);
+    };
+    // With a lamp, though one without light, every sample is looked up.
+    CHECK(contrast({}) == Approx(contrast({.diffuse = 1e-9})).epsilon(0.1));
+}
+
 TEST_CASE("lamps of the published viewers, on walls that face them, stand askew and face away")
 {
     TexturedMesh textured = wall(Raster8(4, 4, 3, 100));

@@ -116,7 +116,8 @@ void Lookups::start(std::size_t most)
     {
         for (auto* numbers : {&x_, &y_, &weights_, &colors_[0], &colors_[1], &colors_[2]})
             numbers->resize(places);
-        levels_.resize(places);
+        for (auto* numbers : {&firsts_, &widths_, &heights_})
+            numbers->resize(places);
     }
 }
 
@@ -128,7 +129,7 @@ void Lookups::add_smaller(double u, double v, double lod, float weight)
     const auto add_of = [&](std::size_t level, float part)
     {
         const MipMaps::Level& to = maps_.levels_[level];
-        add_place(u * to.scale_x - 0.5, to.height - 0.5 - v * to.scale_y, weight * part, static_cast<std::int32_t>(level));
+        add_place(u * to.scale_x - 0.5, to.height - 0.5 - v * to.scale_y, weight * part, to);
     };
     add_of(number, 1 - share);
     if (share > 0)
@@ -138,7 +139,6 @@ void Lookups::add_smaller(double u, double v, double lod, float weight)
 FRESCO_WIDE_VECTORS void Lookups::look_up()
 {
     const std::uint32_t* texels = maps_.texels_.data();
-    const MipMaps::Level* levels = maps_.levels_.data();
     // The last lanes look up what they held before, which may be of any level.
     for (std::size_t i = 0; i < count_; i += lanes)
     {
@@ -147,19 +147,10 @@ FRESCO_WIDE_VECTORS void Lookups::look_up()
         load(x, x_);
         load(y, y_);
         load(weight, weights_);
-        const std::int32_t* numbers = &levels_[i];
-        const MipMaps::Level& one = levels[numbers[0]];
-        Ints first = Ints{} + one.first;
-        Ints width = Ints{} + one.width;
-        Ints height = Ints{} + one.height;
-        if (!std::equal(numbers + 1, numbers + lanes, numbers))
-            for (std::size_t lane = 1; lane < lanes; ++lane)
-            {
-                const MipMaps::Level& level = levels[numbers[lane]];
-                first[lane] = level.first;
-                width[lane] = level.width;
-                height[lane] = level.height;
-            }
+        Ints first, width, height;
+        load(first, firsts_);
+        load(width, widths_);
+        load(height, heights_);
         const Ints last_x = width - 1;
         const Ints last_y = height - 1;
         const Floats right = __builtin_convertvector(last_x, Floats);

@@ -5,6 +5,7 @@
 #include <fresco/uv_mapping/shading.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <mutex>
@@ -79,9 +80,9 @@ struct Linear
 /// Texture lookup of a sample.
 struct Footprint
 {
-    double lod = 0;
-    int places = 1;  ///< Spread along …
-    Vec2d along;     ///< … this, in texels, around the texel.
+    double squared = 0;  ///< Distance to the next sample, or a place of several, in texels, squared.
+    int places = 1;      ///< Spread along …
+    Vec2d along;         ///< … this, in texels, around the texel.
 };
 
 /// Plane of a face as a camera's samples see it. A ray meets the plane of the corners p0, p1, p2 (in the camera's frame) where
@@ -103,6 +104,12 @@ struct FacePlane
     std::array<Linear, 3> weights{};
 };
 
+/// The base-2 logarithm, exact for powers of two and linear between.
+double log2_of(float v)
+{
+    return static_cast<double>(std::bit_cast<std::int32_t>(v)) / (1 << 23) - 127;
+}
+
 constexpr int most_places = 8;  ///< Most lookups of a footprint.
 
 /// From how far apart two neighboring samples look a texture up. (u, v): the texel here.
@@ -121,17 +128,16 @@ Footprint footprint(const FacePlane& plane, double nearness, double u, double v,
     // One beyond the face's horizon does not count.
     const double across = there[0] > 0 ? squared[0] : 0;
     const double down = there[1] > 0 ? squared[1] : 0;
-    double texels = std::max(across, down);
     Footprint print;
+    print.squared = std::max(across, down);
     if (filter == TextureFilter::anisotropic)
     {
         // After EXT_texture_filter_anisotropic.
-        const double ratio = std::sqrt(texels / std::max(1.0, std::min(across, down)));
+        const double ratio = std::sqrt(print.squared / std::max(1.0, std::min(across, down)));
         print.places = static_cast<int>(std::clamp(std::ceil(ratio), 1.0, double{most_places}));
         print.along = across >= down ? Vec2d{du[0], dv[0]} : Vec2d{du[1], dv[1]};
-        texels /= print.places * print.places;
+        print.squared /= print.places * print.places;
     }
-    print.lod = texels > 1 ? 0.5 * double{std::log2(static_cast<float>(texels))} : 0;
     return print;
 }
 
@@ -291,23 +297,37 @@ class RowPainter
     int add_pixel(int x, int y)
     {
         const int side = options_.samples_per_side;
+        const double middle = 0.5 * (side - 1);
+        if (is_joined_ && sees_one_face(x, y))
+            return add_samples(faces_.at(x * side, y * side - first_sample_row_), x * side + middle, y * side + middle, side);
         int found = 0;
         for (int row = y * side; row < (y + 1) * side; ++row)
             for (int column = x * side; column < (x + 1) * side; ++column)
-                if (const std::uint32_t face = faces_.at(column, row - first_sample_row_); face != no_face)
-                {
-                    const FacePlane& plane = planes_.plane(face);
-                    if (plane.is_front)
-                        found += add_sample(plane, column, row);
-                }
+                found += add_samples(faces_.at(column, row - first_sample_row_), column, row, 1);
         return found;
     }
 
-    int add_sample(const FacePlane& plane, double x, double y)
+    /// Whether all samples of a pixel see the same face, or none.
+    bool sees_one_face(int x, int y) const
     {
+        const int side = options_.samples_per_side;
+        const std::uint32_t first = faces_.at(x * side, y * side - first_sample_row_);
+        std::uint32_t others = 0;
+        for (int row = y * side; row < (y + 1) * side; ++row)
+            for (int column = x * side; column < (x + 1) * side; ++column)
+                others |= faces_.at(column, row - first_sample_row_) ^ first;
+        return others == 0;
+    }
+
+    /// Adds one lookup for side x side samples around (x, y), and returns how many of them see the face.
+    int add_samples(std::uint32_t face, double x, double y, int side)
+    {
+        if (face == no_face)
+            return 0;
+        const FacePlane& plane = planes_.plane(face);
         const double nearness = plane.nearness.at(x, y);
         const double depth = 1 / nearness;
-        if (depth < nearest_surface_m)
+        if (!plane.is_front || depth < nearest_surface_m)
             return 0;
         double u = plane.u.at(x, y) * depth;
         double v = plane.v.at(x, y) * depth;
@@ -315,23 +335,20 @@ class RowPainter
         if (u < plane.u_low || u > plane.u_high || v < plane.v_low || v > plane.v_high)
             weights_inside(plane, x, y, u, v);
         const std::size_t before = lookups_.count();
-        if (plane.is_small && plane.footprint.places == 1)
-            lookups_.add(u, v, plane.footprint.lod, 1);
-        else
-            add_spread(u, v, plane.is_small ? plane.footprint : footprint(plane, nearness, u, v, options_.filter));
+        const Footprint print = plane.is_small ? plane.footprint : footprint(plane, nearness, u, v, options_.filter);
+        // A lookup at the distance of pixels blurs more than the mean of samples.
+        const double squared = side > 1 ? 0.6 * side * side * print.squared : print.squared;
+        const double lod = squared > 1 ? 0.5 * log2_of(static_cast<float>(squared)) : 0;
+        const float weight = static_cast<float>(side * side) / static_cast<float>(print.places);
+        for (int i = 1; i <= print.places; ++i)
+        {
+            const double share = (static_cast<double>(i) / (print.places + 1) - 0.5) * side;
+            lookups_.add(u + share * print.along.x, v + share * print.along.y, lod, weight);
+        }
         if (is_shaded_)
             groups_.push_back(
                 {lookups_.count() - before, static_cast<float>(lighting_.at(plane.face, weights_inside(plane, x, y, u, v)))});
-        return 1;
-    }
-
-    void add_spread(double u, double v, const Footprint& print)
-    {
-        for (int i = 1; i <= print.places; ++i)
-        {
-            const double share = static_cast<double>(i) / (print.places + 1) - 0.5;
-            lookups_.add(u + share * print.along.x, v + share * print.along.y, print.lod, 1 / static_cast<float>(print.places));
-        }
+        return side * side;
     }
 
     /// Weights of the face's corners, none negative; (u, v) is moved to the texel there.
@@ -361,6 +378,8 @@ class RowPainter
     PlaneCache planes_;
     Lookups lookups_;
     bool is_shaded_ = options_.lights.diffuse > 0;
+    /// A pixel on one face is looked up once, in a smaller picture.
+    bool is_joined_ = !is_shaded_ && options_.samples_per_side > 1 && options_.filter != TextureFilter::bilinear;
     std::vector<Group> groups_;
     std::vector<int> found_;  ///< Samples of each pixel.
 };

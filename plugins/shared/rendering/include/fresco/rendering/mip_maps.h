@@ -73,7 +73,7 @@ class Lookups
         if (lod > 0)
             add_smaller(u, v, lod, weight);
         else
-            add_place(u - 0.5, maps_.height() - 0.5 - v, weight, 0);
+            add_place(u - 0.5, maps_.height() - 0.5 - v, weight, maps_.levels_.front());
     }
     std::size_t count() const { return count_; }
     /// Finds the colors of all places.
@@ -82,12 +82,14 @@ class Lookups
     std::span<const float> colors(std::size_t channel) const { return std::span(colors_[channel]).first(count_); }
 
   private:
-    void add_place(double x, double y, float weight, std::int32_t level)
+    void add_place(double x, double y, float weight, const MipMaps::Level& level)
     {
         x_[count_] = static_cast<float>(x);
         y_[count_] = static_cast<float>(y);
         weights_[count_] = weight;
-        levels_[count_] = level;
+        firsts_[count_] = level.first;
+        widths_[count_] = level.width;
+        heights_[count_] = level.height;
         ++count_;
     }
     void add_smaller(double u, double v, double lod, float weight);
@@ -96,7 +98,7 @@ class Lookups
     std::size_t count_ = 0;
     std::vector<float> x_, y_;  ///< Texels of the level, 0 at a center.
     std::vector<float> weights_;
-    std::vector<std::int32_t> levels_;
+    std::vector<std::int32_t> firsts_, widths_, heights_;  ///< Of the level.
     std::array<std::vector<float>, 3> colors_;
 };
 

@@ -29,7 +29,7 @@ Recorder make_recorder(int color_width, int color_height, int depth_width, int d
 /// narrower one, looking outward, up and down. Positions keep clear of the furniture.
 std::vector<fresco::RigidTransform> camera_path(const Scene& scene, int count, std::uint32_t seed);
 
-/// The color picture (RGB) of a camera, 2x2 samples per pixel, with a little sensor noise. Single-threaded.
+/// The color picture (RGB) of a camera, two samples per pixel and four at edges, with a little sensor noise. Single-threaded.
 fresco::Raster<std::uint8_t> render_color(const Caster& caster, const LightMap& light, const fresco::Camera& camera,
                                           std::uint32_t seed);
 

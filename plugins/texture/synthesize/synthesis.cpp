@@ -179,8 +179,9 @@ double stroke_width_m(const Mesh& mesh, double wanted_m, double texel_m)
 namespace
 {
 
-constexpr double stroke_texels = 8;   // In the finest level.
-constexpr double finest_texel = 0.6;  // Levels with texels smaller than this share of the texture's are left out.
+constexpr double stroke_texels = 8;         // In the finest level of the broad strokes …
+constexpr double detail_stroke_texels = 6;  // … and of finer ones.
+constexpr double finest_texel = 0.6;        // Levels with texels smaller than this share of the texture's are left out.
 constexpr int coarse_stride = 3;
 constexpr int fine_stride = 4;
 constexpr int preview_px = 512;
@@ -263,11 +264,10 @@ class Synthesis
     double spacing_m(int level) const { return options_.stroke_m / stroke_texels * std::exp2(level); }
     double scale(int level) const { return stroke_texels / stroke_px_ / std::exp2(level); }
 
-    /// Texels along a stroke of the halved width: as in the finest level if the texture shows them, else half as many; 0: it
-    /// does not show those either.
+    /// Texels along a stroke of the halved width: fewer if the texture does not show them; 0: it does not show those either.
     double detail_texels(int halvings) const
     {
-        for (const double texels : {stroke_texels, stroke_texels / 2})
+        for (const double texels : {detail_stroke_texels, stroke_texels / 2})
             if (options_.stroke_m / std::exp2(halvings) / texels >= finest_texel * texel_m_)
                 return texels;
         return 0;
@@ -284,11 +284,10 @@ class Synthesis
     std::unique_ptr<Level> detail_level(int halvings, Level& under) const
     {
         const double texels = detail_texels(halvings);
-        const bool is_full = texels == stroke_texels;
         // With fewer texels, patches are smaller: else they would show no more detail than those under them.
-        const int small_patch = std::max(least_patch_px, options_.patch_px * 2 / 3 / 2 * 2 + 1);
-        LevelOptions options{.side = is_full ? options_.patch_px : small_patch,
-                             .stride = is_full ? fine_stride : coarse_stride,
+        const int patch_px = options_.patch_px * (texels == detail_stroke_texels ? 5 : 4) / 6;
+        LevelOptions options{.side = std::max(least_patch_px, patch_px / 2 * 2 + 1),
+                             .stride = coarse_stride,
                              .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
                              .search = {.stroke_px = texels, .seed = options_.seed}};
         // Narrow strokes show the room: repeating them costs less.

@@ -1,6 +1,5 @@
 #include "formats.h"
 
-#include <algorithm>
 #include <numbers>
 
 namespace fresco::splats
@@ -25,19 +24,8 @@ Vec3d fractions_11_10_11(std::uint32_t packed)
 /// The three smaller components of a unit quaternion, behind the number of the largest.
 std::array<double, 4> unpacked_rotation(std::uint32_t packed)
 {
-    std::array<double, 4> rotation{};
-    const std::size_t largest = packed >> 30U;
-    double rest = 1;
-    unsigned shift = 30;
-    for (std::size_t k = 0; k < 4; ++k)
-        if (k != largest)
-        {
-            shift -= 10;
-            rotation[k] = (fraction(packed, shift, 10) - 0.5) * std::numbers::sqrt2;
-            rest -= rotation[k] * rotation[k];
-        }
-    rotation[largest] = std::sqrt(std::max(rest, 0.0));
-    return rotation;
+    const auto component = [&](unsigned shift) { return (fraction(packed, shift, 10) - 0.5) * std::numbers::sqrt2; };
+    return completed({component(20), component(10), component(0)}, packed >> 30U);
 }
 
 }  // namespace
@@ -55,7 +43,7 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
     {
         std::array<std::size_t, 3> offsets{};
         for (std::size_t k = 0; k < 3; ++k)
-            offsets[k] = chunk.offset_of(what + axes[k], "float", source);
+            offsets[k] = chunk.offset_of(what + axes[k], PlyType::float32, source);
         return offsets;
     };
     const auto low = three("min_", "xyz");
@@ -65,7 +53,7 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
     const bool has_colors = chunk.find("min_r") != nullptr;
     const auto color_low = has_colors ? three("min_", "rgb") : low;
     const auto color_high = has_colors ? three("max_", "rgb") : high;
-    const auto packed_at = [&](const char* name) { return vertex->offset_of(name, "uint", source); };
+    const auto packed_at = [&](const char* name) { return vertex->offset_of(name, PlyType::uint32, source); };
     const std::size_t position = packed_at("packed_position");
     const std::size_t rotation = packed_at("packed_rotation");
     const std::size_t scale = packed_at("packed_scale");

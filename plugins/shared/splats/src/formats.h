@@ -1,10 +1,13 @@
 #pragma once
 
 #include <fresco/error.h>
+#include <fresco/ply_header.h>
 #include <fresco/splats/splats.h>
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -41,9 +44,19 @@ constexpr std::size_t coefficients_of(int degree)
     return static_cast<std::size_t>((degree + 1) * (degree + 1) - 1);
 }
 
-[[noreturn]] inline void fail_at(const std::string& source, std::size_t offset, const std::string& what)
+/// The quaternion of length 1 with these numbers in its order, and the `missing` one, which is the largest and positive, left
+/// out.
+inline std::array<double, 4> completed(const std::array<double, 3>& others, std::size_t missing)
 {
-    throw Error(fmt::format("{}: byte {}: {}", source, offset, what));
+    std::array<double, 4> rotation{};
+    double rest = 1;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+        rotation[k < missing ? k : k + 1] = others[k];
+        rest -= others[k] * others[k];
+    }
+    rotation[missing] = std::sqrt(std::max(rest, 0.0));
+    return rotation;
 }
 
 /// Sets Gaussian `i`, with a quaternion of any length and the logarithms of its scales. Throws Error naming `source` and the
@@ -51,13 +64,13 @@ constexpr std::size_t coefficients_of(int degree)
 void set(Splats& splats, std::size_t i, Vec3f center, std::array<double, 4> rotation, Vec3<double> log_scale, double opacity,
          Vec3f color, const std::string& source);
 
-/// How a PLY file of Gaussians is laid out.
+/// How a PLY file of Gaussians is laid out, up to the first element behind the vertices that has lists.
 struct PlyLayout
 {
     struct Property
     {
         std::string name;
-        std::string type;
+        PlyType type{};
         std::size_t offset = 0;  ///< In a row.
     };
     struct Element
@@ -65,19 +78,19 @@ struct PlyLayout
         std::string name;
         std::size_t count = 0;
         std::vector<Property> properties;
-        std::size_t begin = 0;      ///< Offset of the first row.
-        std::size_t row_bytes = 0;  ///< 0 for an element with lists, which only follows those that are read.
+        std::size_t begin = 0;  ///< Offset of the first row.
+        std::size_t row_bytes = 0;
 
         const Property* find(std::string_view property) const;
         /// Offset in a row of a property of this type; throws Error if it is missing.
-        std::size_t offset_of(std::string_view property, std::string_view type, const std::string& source) const;
+        std::size_t offset_of(std::string_view property, PlyType type, const std::string& source) const;
     };
 
     std::vector<Element> elements;
     const Element* find(std::string_view name) const;
 };
 
-/// Reads the header. Throws Error if the rows of an element up to the last one of `vertex` are not all there.
+/// Reads the header. Throws Error if the rows are not all there.
 PlyLayout ply_layout(Bytes bytes, const std::string& source);
 
 SplatFile parse_ply(Bytes bytes, const std::string& source);

@@ -35,7 +35,7 @@ class PlyRow
   public:
     PlyRow(const PlyLayout::Element& vertex, const std::string& source)
     {
-        const auto find = [&](const char* name) { return vertex.offset_of(name, "float", source); };
+        const auto find = [&](const char* name) { return vertex.offset_of(name, PlyType::float32, source); };
         center_ = {find("x"), find("y"), find("z")};
         scale_ = {find("scale_0"), find("scale_1"), find("scale_2")};
         color_ = {find("f_dc_0"), find("f_dc_1"), find("f_dc_2")};

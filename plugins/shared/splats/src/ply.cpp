@@ -1,63 +1,9 @@
 #include "formats.h"
 
 #include <algorithm>
-#include <charconv>
-#include <map>
-#include <system_error>
 
 namespace fresco::splats
 {
-namespace
-{
-
-std::size_t size_of(std::string_view type)
-{
-    static const std::map<std::string_view, std::size_t> sizes{
-        {"char", 1}, {"int8", 1},  {"uchar", 1}, {"uint8", 1},  {"short", 2}, {"int16", 2},   {"ushort", 2}, {"uint16", 2},
-        {"int", 4},  {"int32", 4}, {"uint", 4},  {"uint32", 4}, {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
-    const auto found = sizes.find(type);
-    return found == sizes.end() ? 0 : found->second;
-}
-
-std::vector<std::string_view> words_of(std::string_view line)
-{
-    constexpr std::string_view spaces = " \t\r";
-    std::vector<std::string_view> words;
-    for (std::size_t begin = line.find_first_not_of(spaces); begin < line.size(); begin = line.find_first_not_of(spaces, begin))
-    {
-        const std::size_t end = std::min(line.find_first_of(spaces, begin), line.size());
-        words.push_back(line.substr(begin, end - begin));
-        begin = end;
-    }
-    return words;
-}
-
-/// Places the elements behind the header, up to the last one that is read.
-void place(PlyLayout& layout, std::size_t header_bytes, Bytes bytes, const std::string& source)
-{
-    std::size_t begin = header_bytes;
-    if (std::ranges::find(layout.elements, "vertex", &PlyLayout::Element::name) == layout.elements.end())
-        return;
-    for (auto& element : layout.elements)
-    {
-        element.begin = begin;
-        if (element.row_bytes == 0)
-            throw Error(
-                fmt::format("{}: the element \"{}\" has lists or no properties and stands before the vertices; splats have "
-                            "their vertices before such an element",
-                            source, element.name));
-        const std::size_t rows = (bytes.size() - begin) / element.row_bytes;
-        if (element.count > rows)
-            fail_at(source, bytes.size(),
-                    fmt::format("the file ends behind {} of the {} rows of \"{}\"; it is cut short: copy or download it again",
-                                rows, element.count, element.name));
-        begin += element.count * element.row_bytes;
-        if (element.name == "vertex")
-            return;
-    }
-}
-
-}  // namespace
 
 const PlyLayout::Property* PlyLayout::Element::find(std::string_view property) const
 {
@@ -65,66 +11,47 @@ const PlyLayout::Property* PlyLayout::Element::find(std::string_view property) c
     return found == properties.end() ? nullptr : &*found;
 }
 
-std::size_t PlyLayout::Element::offset_of(std::string_view property, std::string_view type, const std::string& source) const
+std::size_t PlyLayout::Element::offset_of(std::string_view property, PlyType type, const std::string& source) const
 {
     const Property* const found = find(property);
-    if (found == nullptr || (found->type != type && found->type != std::string(type) + "32"))
+    if (found == nullptr || found->type != type)
         throw Error(
             fmt::format("{}: its header lacks \"property {} {}\", which Gaussian splats have; a mesh is read by scan.mesh",
-                        source, type, property));
+                        source, fresco::name_of(type), property));
     return found->offset;
 }
 
 const PlyLayout::Element* PlyLayout::find(std::string_view name) const
 {
     const auto found = std::ranges::find(elements, name, &Element::name);
-    return found == elements.end() || found->row_bytes == 0 ? nullptr : &*found;
+    return found == elements.end() ? nullptr : &*found;
 }
 
 PlyLayout ply_layout(Bytes bytes, const std::string& source)
 {
-    constexpr std::size_t longest_header = std::size_t{1} << 20U;
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), longest_header));
+    const PlyHeader header = parse_ply_header(bytes, source);
+    if (header.format != PlyFormat::little_endian)
+        throw Error(source + ": expected \"format binary_little_endian 1.0\", as all programs write Gaussian splats");
     PlyLayout layout;
-    bool has_list = false;
-    std::size_t begin = 0;
-    for (std::size_t line = 1;; ++line)
+    std::size_t begin = header.body_offset;
+    for (const PlyElement& declared : header.elements)
     {
-        const auto fail = [&](const std::string& what) { throw Error(fmt::format("{}: line {}: {}", source, line, what)); };
-        const std::size_t end = text.find('\n', begin);
-        if (end == std::string_view::npos)
-            fail("the PLY header does not end");
-        const auto words = words_of(text.substr(begin, end - begin));
-        begin = end + 1;
-        const std::string_view first = words.empty() ? "comment" : words[0];
-        if (first == "end_header")
-            break;
-        if (first == "format" && (words.size() < 2 || words[1] != "binary_little_endian"))
-            fail("expected \"format binary_little_endian 1.0\", as all programs write Gaussian splats");
-        else if (first == "element")
+        PlyLayout::Element element{.name = declared.name, .count = declared.count, .properties = {}, .begin = begin};
+        for (const PlyProperty& property : declared.properties)
         {
-            PlyLayout::Element element;
-            const bool is_whole = words.size() == 3;
-            const char* const digits_end = is_whole ? words[2].data() + words[2].size() : nullptr;
-            const auto read = is_whole ? std::from_chars(words[2].data(), digits_end, element.count) : std::from_chars_result{};
-            if (!is_whole || read.ec != std::errc() || read.ptr != digits_end)
-                fail("expected \"element NAME COUNT\"");
-            element.name = words[1];
-            layout.elements.push_back(std::move(element));
-            has_list = false;
+            // Nothing behind the vertices is read.
+            if (property.is_list && layout.find("vertex") != nullptr)
+                return layout;
+            if (property.is_list)
+                throw Error(fmt::format("{}: the element \"{}\" has lists and stands before the vertices; splats have their "
+                                        "vertices before such an element",
+                                        source, declared.name));
+            element.properties.push_back({property.name, property.type, element.row_bytes});
+            element.row_bytes += size_of(property.type);
         }
-        else if (first == "property")
-        {
-            const bool is_list = words.size() == 5 && words[1] == "list";
-            if (layout.elements.empty() || (!is_list && (words.size() != 3 || size_of(words[1]) == 0)))
-                fail("expected \"property TYPE NAME\" behind an element");
-            auto& element = layout.elements.back();
-            has_list = has_list || is_list;
-            element.properties.push_back({std::string(words.back()), std::string(words[1]), element.row_bytes});
-            element.row_bytes = has_list ? 0 : element.row_bytes + size_of(words[1]);
-        }
+        begin += element.count * element.row_bytes;
+        layout.elements.push_back(std::move(element));
     }
-    place(layout, begin, bytes, source);
     return layout;
 }
 
@@ -136,7 +63,7 @@ SplatFile parse_ply(Bytes bytes, const std::string& source)
     const PlyLayout::Element* const vertex = layout.find("vertex");
     if (vertex == nullptr || vertex->count == 0)
         throw Error(source + ": has no vertices, and so no Gaussian splats");
-    const auto offset = [&](const char* name) { return vertex->offset_of(name, "float", source); };
+    const auto offset = [&](const char* name) { return vertex->offset_of(name, PlyType::float32, source); };
     const auto three = [&](const char* a, const char* b, const char* c) {
         return std::array<std::size_t, 3>{offset(a), offset(b), offset(c)};
     };

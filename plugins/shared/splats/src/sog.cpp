@@ -83,22 +83,14 @@ std::vector<std::array<std::uint8_t, 4>> pixels_of(const std::vector<std::byte>&
 #endif
 }
 
+/// All zeros for a pixel that holds none.
 std::array<double, 4> rotation_of(const std::array<std::uint8_t, 4>& pixel)
 {
-    std::array<double, 4> rotation{};
     constexpr std::uint8_t first = 252;
-    const std::size_t largest = pixel[3] - std::size_t{first};
     if (pixel[3] < first)
-        return rotation;
-    double rest = 1;
-    for (std::size_t k = 0, next = 0; k < 4; ++k)
-        if (k != largest)
-        {
-            rotation[k] = (pixel[next++] / 127.5 - 1) * (std::numbers::sqrt2 / 2);
-            rest -= rotation[k] * rotation[k];
-        }
-    rotation[largest] = std::sqrt(std::max(rest, 0.0));
-    return rotation;
+        return {};
+    const auto component = [&](std::size_t k) { return (pixel[k] / 127.5 - 1) * (std::numbers::sqrt2 / 2); };
+    return completed({component(0), component(1), component(2)}, pixel[3] - std::size_t{first});
 }
 
 }  // namespace

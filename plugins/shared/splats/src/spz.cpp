@@ -169,37 +169,16 @@ SpzContents unpacked_ngsp(Bytes bytes, const std::string& source)
     return spz;
 }
 
-std::array<double, 4> rotation_of_three(const std::uint8_t* packed)
-{
-    std::array<double, 4> rotation{};
-    double rest = 1;
-    for (std::size_t k = 1; k < 4; ++k)
-    {
-        rotation[k] = packed[k - 1] / 127.5 - 1;
-        rest -= rotation[k] * rotation[k];
-    }
-    rotation[0] = std::sqrt(std::max(rest, 0.0));
-    return rotation;
-}
-
 /// The number of the largest component of x, y, z, w, and the others from the first in ten bits each, the sign before the size.
 std::array<double, 4> rotation_of_smallest(std::uint32_t packed)
 {
-    constexpr std::uint32_t most = 511;
-    std::array<double, 4> rotation{};
-    const std::size_t largest = packed >> 30U;
-    double rest = 1;
-    unsigned shift = 30;
-    for (std::size_t k = 0; k < 4; ++k)
-        if (k != largest)
-        {
-            shift -= 10;
-            const double size = (packed >> shift & most) * (std::numbers::sqrt2 / 2 / most);
-            rotation[(k + 1) % 4] = (packed >> shift >> 9U & 1U) != 0 ? -size : size;
-            rest -= size * size;
-        }
-    rotation[(largest + 1) % 4] = std::sqrt(std::max(rest, 0.0));
-    return rotation;
+    const auto component = [&](unsigned shift)
+    {
+        const double size = (packed >> shift & 511U) * (std::numbers::sqrt2 / 2 / 511);
+        return (packed >> shift >> 9U & 1U) != 0 ? -size : size;
+    };
+    const auto [x, y, z, w] = completed({component(20), component(10), component(0)}, packed >> 30U);
+    return {w, x, y, z};
 }
 
 std::uint32_t smallest_of(const std::array<float, 4>& rotation)
@@ -374,7 +353,8 @@ SplatFile parse_spz(Bytes bytes, const std::string& source)
         const Vec3d color = (vector(SpzContents::colors) * (1 / 255.0) - Vec3d{0.5, 0.5, 0.5}) * (harmonic_0 / color_scale) +
                             Vec3d{0.5, 0.5, 0.5};
         const auto& turns = spz.streams[SpzContents::rotations];
-        const auto rotation = spz.version == 2 ? rotation_of_three(reinterpret_cast<const std::uint8_t*>(turns.data()) + 3 * i)
+        const auto turned = [&](std::size_t k) { return number(SpzContents::rotations, 3 * i + k) / 127.5 - 1; };
+        const auto rotation = spz.version == 2 ? completed({turned(0), turned(1), turned(2)}, 0)
                                                : rotation_of_smallest(value_at<std::uint32_t>(turns, 4 * i));
         set(file.splats, i, {center[0], center[1], center[2]}, rotation,
             vector(SpzContents::scales) * (1 / 16.0) - Vec3d{10, 10, 10}, number(SpzContents::opacities, i) / 255,

@@ -24,8 +24,8 @@ using Part = splats::PaintedSplats::Part;
 
 /// The width of a Gaussian, twice its standard deviation, is at most a quarter of a stroke where it is split.
 constexpr double strokes_across = 0.25;
-constexpr double largest_ratio = 16;         ///< Parts of larger Gaussians are larger: a few of these would make millions.
-constexpr double least_opacity = 1 / 128.0;  ///< Parts that show less are left out.
+constexpr double largest_ratio = 16;        ///< Parts of larger Gaussians are larger: a few of these would make millions.
+constexpr double least_opacity = 1 / 64.0;  ///< Parts that show less are left out.
 
 /// Equal parts of a Gaussian along an axis, whose sum is the Gaussian.
 struct Slices
@@ -35,8 +35,8 @@ struct Slices
     std::vector<std::pair<double, double>> places;  ///< Distance from the center, and weight.
 };
 
-/// A Gaussian is a narrower one, blurred: the weights are a Gaussian of the remaining variance. Samples 1.6 standard deviations
-/// of the narrower one apart leave no ripple.
+/// A Gaussian is a narrower one, blurred: the weights are a Gaussian of the remaining variance. Samples two standard deviations
+/// of the narrower one apart leave a ripple of 3 %.
 Slices slices_of(double sigma, double limit)
 {
     if (sigma <= limit)
@@ -44,7 +44,7 @@ Slices slices_of(double sigma, double limit)
     Slices slices;
     slices.scale = std::min(std::max(limit, sigma / largest_ratio), sigma * std::sqrt(0.5));
     const double rest = std::sqrt(sigma * sigma - slices.scale * slices.scale);
-    constexpr double spacing = 1.6;
+    constexpr double spacing = 2;
     constexpr double reach = 2.2;
     double sum = 0;
     for (double at = spacing * slices.scale / 2; at < reach * rest; at += spacing * slices.scale)
@@ -70,16 +70,17 @@ class Painter
     void add(std::uint32_t i, std::vector<Part>& parts) const
     {
         const Vec3f scale = splats_.scales[i];
-        const std::array<double, 3> sigmas{double{scale.x}, double{scale.y}, double{scale.z}};
-        const double reach = options_.stroke_m + 3 * options_.unit_m * *std::ranges::max_element(sigmas);
+        std::array<double, 3> sigmas{double{scale.x}, double{scale.y}, double{scale.z}};
         const Vec3d center = vec_cast<double>(splats_.centers[i]);
-        const auto nearest = search_.nearest(in_mesh(center), reach);
-        if (!nearest.found())
+        const auto axes = splats::axes_of(splats_, i);
+        const auto nearest = search_.nearest(in_mesh(center));
+        const double deviations =
+            deviations_off(center, {axes[0] * sigmas[0], axes[1] * sigmas[1], axes[2] * sigmas[2]}, nearest);
+        if (deviations > 3)
         {
             parts.push_back({.source = i, .keeps_color = true, .center = {}, .scale = {}, .color = {}});
             return;
         }
-        const auto axes = splats::axes_of(splats_, i);
         // Colors do not change along the normal: of the three axes, the one that is nearest to it stays whole.
         const Vec3d normal = face_normal(nearest.face);
         std::size_t across = 0;
@@ -88,38 +89,39 @@ class Painter
                 across = k;
         const std::size_t a = (across + 1) % 3;
         const std::size_t b = (across + 2) % 3;
-        const double limit = options_.densify && splats_.opacities[i] > 0
-                                 ? options_.stroke_m * strokes_across / 2 / options_.unit_m
-                                 : std::max(sigmas[a], sigmas[b]);
-        const Slices along_a = slices_of(sigmas[a], limit);
-        const Slices along_b = slices_of(sigmas[b], limit);
-        if (along_a.places.size() * along_b.places.size() == 1)
+        const std::size_t begin = parts.size();
+        const Part whole{
+            .source = i, .center = {}, .scale = {}, .color = color(center, axes[a] * sigmas[a], axes[b] * sigmas[b])};
+        const double limit = options_.stroke_m * strokes_across / 2 / options_.unit_m;
+        // What hardly lies on the surface shows no strokes.
+        if (options_.densify && splats_.opacities[i] > 0 && deviations <= 1 && std::max(sigmas[a], sigmas[b]) > limit)
         {
-            parts.push_back(
-                {.source = i, .center = {}, .scale = {}, .color = color(center, axes[a] * sigmas[a], axes[b] * sigmas[b])});
-            return;
+            const Slices along_a = slices_of(sigmas[a], limit);
+            const Slices along_b = slices_of(sigmas[b], limit);
+            sigmas[a] = along_a.scale;
+            sigmas[b] = along_b.scale;
+            const Vec3f part_scale = vec_cast<float>(Vec3d{sigmas[0], sigmas[1], sigmas[2]});
+            const double opacity = std::min(double{splats_.opacities[i]}, 0.999);
+            for (const auto& [at_a, weight_a] : along_a.places)
+                for (const auto& [at_b, weight_b] : along_b.places)
+                {
+                    // The logarithms of the shares of light that overlapping parts let through add up. Those of an opaque part
+                    // fall off faster than its density; the factor keeps the sum over its footprint.
+                    const double depth = -std::log1p(-opacity * weight_a * weight_b) * along_a.gain * along_b.gain;
+                    const double shown = -std::expm1(-depth * (1 + 0.4 * depth));
+                    if (shown < least_opacity)
+                        continue;
+                    const Vec3d place = center + axes[a] * at_a + axes[b] * at_b;
+                    parts.push_back({.source = i,
+                                     .is_split = true,
+                                     .center = vec_cast<float>(place),
+                                     .scale = part_scale,
+                                     .opacity = static_cast<float>(shown),
+                                     .color = color(place, axes[a] * sigmas[a], axes[b] * sigmas[b])});
+                }
         }
-        std::array<double, 3> part_sigmas = sigmas;
-        part_sigmas[a] = along_a.scale;
-        part_sigmas[b] = along_b.scale;
-        const Vec3f part_scale = vec_cast<float>(Vec3d{part_sigmas[0], part_sigmas[1], part_sigmas[2]});
-        const double opacity = std::min(double{splats_.opacities[i]}, 0.999);
-        for (const auto& [at_a, weight_a] : along_a.places)
-            for (const auto& [at_b, weight_b] : along_b.places)
-            {
-                // The logarithms of the shares of light that overlapping parts let through add up.
-                const double depth = -std::log1p(-opacity * weight_a * weight_b);
-                const double shown = -std::expm1(-depth * along_a.gain * along_b.gain);
-                if (shown < least_opacity && parts.size() > 0 && parts.back().source == i)
-                    continue;
-                const Vec3d place = center + axes[a] * at_a + axes[b] * at_b;
-                parts.push_back({.source = i,
-                                 .is_split = true,
-                                 .center = vec_cast<float>(place),
-                                 .scale = part_scale,
-                                 .opacity = static_cast<float>(shown),
-                                 .color = color(place, axes[a] * along_a.scale, axes[b] * along_b.scale)});
-            }
+        if (parts.size() == begin)
+            parts.push_back(whole);
     }
 
   private:
@@ -138,24 +140,42 @@ class Painter
         return normalized(cross(p[1] - p[0], p[2] - p[0]));
     }
 
-    /// The mean color of the surface around a point of the splat, over one standard deviation along two axes.
+    /// How far a Gaussian with these axes is from the surface, in its standard deviations, less a stroke, by which a mesh that
+    /// was fused from pictures may be off.
+    double deviations_off(Vec3d center, const std::array<Vec3d, 3>& axes, const geometry::SurfacePoint& nearest) const
+    {
+        const double distance = std::sqrt(nearest.squared_distance);
+        if (distance <= options_.stroke_m)
+            return 0;
+        const auto p = corners(nearest.face);
+        const Vec3d way = p[0] * nearest.weights[0] + p[1] * nearest.weights[1] + p[2] * nearest.weights[2] - in_mesh(center);
+        Vec3d along;
+        for (std::size_t k = 0; k < 3; ++k)
+            along += axes[k] * dot(axes[k], way);
+        return (distance - options_.stroke_m) * distance / (options_.unit_m * std::sqrt(dot(along, way)));
+    }
+
+    /// The mean color of the surface around a point of the splat, over one standard deviation along two axes, or over its
+    /// distance if that is more: what hangs over a hole would show single texels of the border as streaks.
     Vec3f color(Vec3d center, Vec3d a, Vec3d b) const
     {
+        const geometry::SurfacePoint nearest = search_.nearest(in_mesh(center));
+        const double off = (std::sqrt(nearest.squared_distance) - options_.stroke_m) / options_.unit_m;
+        const double size = std::max(length(a), length(b)), wider = std::max(1.0, off / size);
         // Smaller copies of the picture mix charts that only lie side by side there: a larger footprint is looked up in parts.
         constexpr double largest_lod = 2;
-        const geometry::SurfacePoint nearest = search_.nearest(in_mesh(center));
-        const double wanted = lod(nearest.face, options_.unit_m * std::max(length(a), length(b)));
+        const double wanted = lod(nearest.face, options_.unit_m * size * wider);
         if (wanted <= largest_lod)
             return vec_cast<float>(sample(nearest, wanted));
-        constexpr int side = 3;
-        constexpr double step = 0.6;
+        constexpr int side = 2;
+        constexpr double step = 0.9;
         Vec3d sum;
         double weights = 0;
         for (int i = -side; i <= side; ++i)
             for (int j = -side; j <= side; ++j)
             {
                 const double weight = std::exp(-(i * i + j * j) * step * step / 2);
-                sum += sample(search_.nearest(in_mesh(center + a * (step * i) + b * (step * j))), largest_lod) * weight;
+                sum += sample(search_.nearest(in_mesh(center + (a * i + b * j) * (step * wider))), largest_lod) * weight;
                 weights += weight;
             }
         return vec_cast<float>(sum * (1 / weights));

@@ -23,13 +23,14 @@ struct Painting
 {
     fresco::splats::PaintedSplats splats;
     std::size_t split = 0;      ///< Gaussians of the file that became several.
-    std::size_t unpainted = 0;  ///< These are too far from the surface and keep their color.
+    std::size_t unpainted = 0;  ///< These do not reach the surface and keep their color.
 };
 
-/// Each Gaussian takes the color of the texture where the surface is nearest to its center, averaged over its footprint. Those
-/// from which the surface is farther than a stroke and three standard deviations keep theirs. The order of the file is kept, and
-/// the parts of a Gaussian are together. The mesh must have passed check_textured_mesh. The same for any progress.threads().
-/// Throws Error if splitting would make too many of them; Canceled.
+/// Each Gaussian takes the color of the texture where the surface is nearest to its center, averaged over its footprint; over its
+/// distance from the surface where that is larger, less a stroke. Those that end farther than a stroke off the surface, three
+/// standard deviations from their center, keep theirs. The order of the file is kept, and the parts of a Gaussian are together.
+/// The mesh must have passed check_textured_mesh. The same for any progress.threads(). Throws Error if splitting would make too
+/// many of them; Canceled.
 Painting paint(const fresco::splats::Splats& splats, const fresco::TexturedMesh& textured, const PaintOptions& options,
                const fresco::Progress& progress);
 

@@ -65,12 +65,12 @@ class ExportSplats final : public Stage
         auto painting = export_splats::paint(
             splat.splats, *textured, {.unit_m = becomes_metric ? 1 : *unit_m, .stroke_m = stroke_m, .densify = *densify}, run);
         if (painting.unpainted == splat.splats.size())
-            throw Error("no Gaussian lies within a stroke of the mesh: it was made from another splat, or with another unit_m");
+            throw Error("no Gaussian reaches the mesh: it was made from another splat, or with another unit_m");
 
         if (2 * painting.unpainted > splat.splats.size())
             run.warning(
-                fmt::format("{} of {} Gaussians are farther than a stroke from the mesh and keep their color: does unit_m "
-                            "agree with that of scan.splats?",
+                fmt::format("{} of {} Gaussians do not reach the mesh and keep their color: does unit_m agree with that of "
+                            "scan.splats?",
                             painting.unpainted, splat.splats.size()));
         if (splats::is_metric(to) != splats::is_metric(splat.format))
             export_splats::turn_over(splat.splats, painting.splats);

@@ -94,6 +94,24 @@ TEST_CASE("Gaussians take the color of the nearest surface, in the splat's units
     CHECK(far.unpainted == 1);
 }
 
+TEST_CASE("Gaussians beside the surface show its mean color without strokes, those that do not reach it keep theirs")
+{
+    splats::Splats splats;
+    add(splats, {0.7F, 0, 1}, {0.1F, 0.1F, 0.01F}, 0.5F);  // Beside the border, where the stripes are 0.18 from their mean.
+    add(splats, {0.7F, 0, 1}, {0.02F, 0.1F, 0.1F}, 0.5F);  // Narrow along the way to the border.
+    add(splats, {0, 0, 1.3F}, {0.1F, 0.1F, 0.02F}, 0.5F);  // Flat in front of the wall.
+    add(splats, {0.45F, 0, 1}, {0.05F, 0.05F, 0.01F}, 0.5F);
+    const Painting painting = paint(splats, wall(), {.stroke_m = stroke_m}, testing::TestRun());
+    const auto& parts = painting.splats.parts;
+    REQUIRE(parts.size() > 4);
+    CHECK(painting.split == 1);
+    CHECK(painting.unpainted == 2);
+    CHECK(length(parts[0].color - Vec3f{0.5F, 0.5F, 0.4F}) < 0.08F);
+    for (const std::size_t i : {1, 2})
+        CHECK(parts[i].keeps_color);
+    CHECK(parts[3].is_split);
+}
+
 TEST_CASE("Large Gaussians are split along the surface, and the picture stays as it was")
 {
     const auto gray = [](double, double) { return Vec3d{0.9, 0.6, 0.3}; };
@@ -121,12 +139,15 @@ TEST_CASE("Large Gaussians are split along the surface, and the picture stays as
     CHECK(many.split == 3);
     CHECK(many.splats.parts.size() > 60);
     CHECK(many.splats.parts.size() < 400);
-    const RasterF before = picture(large);
-    const RasterF after = picture(painted(large, many));
+    // So near that the pixel's own filter does not widen the parts.
+    const Camera near{{400, 400, 600, 600, 200, 200}, {}};
+    const RasterF before = picture(large, near);
+    const RasterF after = picture(painted(large, many), near);
     CAPTURE(many.splats.parts.size());
     const double brightness = difference(before, RasterF(before.width, before.height, 3));
     CHECK(brightness > 5);
     CHECK(difference(before, after) < 0.15 * brightness);
+    CHECK(difference(after, RasterF(after.width, after.height, 3)) == Approx(brightness).epsilon(0.03));
 }
 
 TEST_CASE("A painting that is turned over, with its parts, looks the same to a camera that turned along")

@@ -120,7 +120,7 @@ TEST_CASE_METHOD(Exported, "What cannot be painted is refused")
     const auto whole = input(splats, SplatFormat::ply);
     CHECK_THROWS_WITH(output(whole, "", Value::Map{{"format", "spz"}, {"shine", "keep"}}),
                       Contains("shine: keep works only in the splat's own format, but PLY becomes SPZ"));
-    CHECK_THROWS_WITH(output(whole, "", Value::Map{{"unit_m", 100.0}}), Contains("no Gaussian lies within a stroke of the mesh"));
+    CHECK_THROWS_WITH(output(whole, "", Value::Map{{"unit_m", 100.0}}), Contains("no Gaussian reaches the mesh"));
     write_file(path() / "in", std::string("no splat"));
     CHECK_THROWS_WITH(output(path() / "in", ""), Contains("isn't a file of Gaussian splats"));
 }

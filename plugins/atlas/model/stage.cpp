@@ -1,14 +1,15 @@
 #include <fresco/geometry/flatten.h>
 #include <fresco/geometry/mesh_stages.h>
-#include <fresco/numerics/numerics.h>
 #include <fresco/stage.h>
 #include <fresco/texture.h>
+#include <fresco/texturing/texel_faces.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>
+#include <numeric>
 #include <string>
+#include <utility>
 
 namespace
 {
@@ -45,23 +46,6 @@ std::string problem_of(const fresco::Mesh& mesh)
                 uv.x, uv.y);
     }
     return "";
-}
-
-/// The charts of texcoords that a mesh brings along: faces are in one chart if a path of edges connects them across which the
-/// texcoords of both ends are equal. Numbered without gaps by first face.
-std::vector<std::uint32_t> uv_charts(const fresco::Mesh& mesh)
-{
-    fresco::numerics::DisjointSets sets(mesh.triangles.size());
-    const auto uv = [&](const EdgeUse& use, std::uint32_t end)
-    { return mesh.texcoords[3 * std::size_t{use.face} + (use.corner + end) % 3]; };
-    for_each_edge(mesh.triangles, mesh.positions.size(),
-                  [&](std::uint32_t, std::uint32_t, std::span<const EdgeUse> uses)
-                  {
-                      if (uses.size() == 2 && uses[0].forward != uses[1].forward && uv(uses[0], 0) == uv(uses[1], 1) &&
-                          uv(uses[0], 1) == uv(uses[1], 0))
-                          sets.join(uses[0].face, uses[1].face);
-                  });
-    return sets.numbers();
 }
 
 /// How the faces of an atlas share it.
@@ -154,10 +138,11 @@ class AtlasModel final : public fresco::Stage
     void keep(const AtlasShares& shares, fresco::RunContext& run)
     {
         auto kept = *mesh;
-        kept.charts = uv_charts(*mesh);
+        auto charts = fresco::texturing::find_charts(kept);
+        kept.charts = std::move(charts.of_face);
         kept.texture_px = *size_px;
         run.report("kept", true);
-        run.report("charts", static_cast<std::int64_t>(*std::max_element(kept.charts.begin(), kept.charts.end())) + 1);
+        run.report("charts", std::size_t{charts.count});
         run.report("used_share", shares.used);
         run.report("overlap_share", shares.overlapping);
         run.report("mirrored_share", shares.mirrored);

@@ -2,7 +2,9 @@
 
 #include <fresco/error.h>
 #include <fresco/geometry/surface_search.h>
+#include <fresco/geometry/topology.h>
 #include <fresco/rendering/mip_maps.h>
+#include <fresco/texturing/face_frame.h>
 
 #include <fmt/format.h>
 
@@ -82,7 +84,7 @@ class Painter
             return;
         }
         // Colors do not change along the normal: of the three axes, the one that is nearest to it stays whole.
-        const Vec3d normal = face_normal(nearest.face);
+        const Vec3d normal = geometry::area_vector(mesh_, nearest.face);
         std::size_t across = 0;
         for (std::size_t k = 1; k < 3; ++k)
             if (std::abs(dot(axes[k], normal)) > std::abs(dot(axes[across], normal)))
@@ -127,19 +129,6 @@ class Painter
   private:
     Vec3d in_mesh(Vec3d p) const { return p * options_.unit_m - mesh_.offset_m; }
 
-    std::array<Vec3d, 3> corners(std::uint32_t face) const
-    {
-        const Triangle& t = mesh_.triangles[face];
-        const auto at = [&](std::size_t k) { return vec_cast<double>(mesh_.positions[t[k]]); };
-        return {at(0), at(1), at(2)};
-    }
-
-    Vec3d face_normal(std::uint32_t face) const
-    {
-        const auto p = corners(face);
-        return normalized(cross(p[1] - p[0], p[2] - p[0]));
-    }
-
     /// How far a Gaussian with these axes is from the surface, in its standard deviations, less a stroke, by which a mesh that
     /// was fused from pictures may be off.
     double deviations_off(Vec3d center, const std::array<Vec3d, 3>& axes, const geometry::SurfacePoint& nearest) const
@@ -147,8 +136,9 @@ class Painter
         const double distance = std::sqrt(nearest.squared_distance);
         if (distance <= options_.stroke_m)
             return 0;
-        const auto p = corners(nearest.face);
-        const Vec3d way = p[0] * nearest.weights[0] + p[1] * nearest.weights[1] + p[2] * nearest.weights[2] - in_mesh(center);
+        Vec3d way = -in_mesh(center);
+        for (std::size_t k = 0; k < 3; ++k)
+            way += vec_cast<double>(mesh_.positions[mesh_.triangles[nearest.face][k]]) * nearest.weights[k];
         Vec3d along;
         for (std::size_t k = 0; k < 3; ++k)
             along += axes[k] * dot(axes[k], way);
@@ -184,21 +174,20 @@ class Painter
     /// The size of the picture's copy whose texels have this width on a face.
     double lod(std::uint32_t face, double width_m) const
     {
-        const auto p = corners(face);
-        const auto uv = [&](std::size_t k) { return mesh_.texcoords[3 * std::size_t{face} + k]; };
-        const double area = length(cross(p[1] - p[0], p[2] - p[0]));
-        const double texels =
-            std::abs(cross(vec_cast_2(uv(1) - uv(0)), vec_cast_2(uv(2) - uv(0)))) * texture_.width() * texture_.height();
+        const double area = length(geometry::area_vector(mesh_, face));
+        const double uv_area = std::abs(texturing::FaceFrame(mesh_, face, 1).area);
+        const double texels = uv_area * texture_.width() * texture_.height();
         return area > 0 && texels > 0 ? std::max(0.0, std::log2(width_m * std::sqrt(texels / area))) : 0;
     }
-
-    static Vec2d vec_cast_2(Vec2f v) { return {double{v.x}, double{v.y}}; }
 
     Vec3d sample(const geometry::SurfacePoint& point, double level) const
     {
         Vec2d uv;
         for (std::size_t k = 0; k < 3; ++k)
-            uv = uv + vec_cast_2(mesh_.texcoords[3 * std::size_t{point.face} + k]) * point.weights[k];
+        {
+            const Vec2f corner = mesh_.texcoords[3 * std::size_t{point.face} + k];
+            uv = uv + Vec2d{corner.x, corner.y} * point.weights[k];
+        }
         return texture_.sample(uv, level) * (1 / 255.0);
     }
 

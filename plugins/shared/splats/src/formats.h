@@ -90,6 +90,12 @@ struct PlyLayout
     const Element* find(std::string_view name) const;
 };
 
+/// The properties of a Gaussian: center, color, opacity, scales, quaternion.
+inline constexpr std::array<std::string_view, 14> gaussian_names{
+    "x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"};
+/// In the order of gaussian_names. Throws Error if one is missing.
+std::array<std::size_t, 14> gaussian_offsets(const PlyLayout::Element& vertex, const std::string& source);
+
 /// Reads the header. Throws Error if the rows are not all there.
 PlyLayout ply_layout(Bytes bytes, const std::string& source);
 

@@ -4,7 +4,6 @@
 #include <fresco/splats/painted_splats.h>
 
 #include <algorithm>
-#include <sstream>
 
 namespace fresco::splats
 {
@@ -33,52 +32,42 @@ std::byte byte_of(double share)
 class PlyRow
 {
   public:
-    PlyRow(const PlyLayout::Element& vertex, const std::string& source)
-    {
-        const auto find = [&](const char* name) { return vertex.offset_of(name, PlyType::float32, source); };
-        center_ = {find("x"), find("y"), find("z")};
-        scale_ = {find("scale_0"), find("scale_1"), find("scale_2")};
-        color_ = {find("f_dc_0"), find("f_dc_1"), find("f_dc_2")};
-        rotation_ = {find("rot_0"), find("rot_1"), find("rot_2"), find("rot_3")};
-        opacity_ = find("opacity");
-    }
+    PlyRow(const PlyLayout::Element& vertex, const std::string& source) : offsets_(gaussian_offsets(vertex, source)) {}
 
     void shape(std::span<std::byte> row, Vec3f center, Vec3f scale, double opacity) const
     {
-        vector(row, center_, vec_cast<double>(center));
+        vector(row, 0, vec_cast<double>(center));
+        put(row, offsets_[6], logit(opacity));
         const Vec3d size = vec_cast<double>(scale);
-        vector(row, scale_, {std::log(size.x), std::log(size.y), std::log(size.z)});
-        put(row, opacity_, logit(opacity));
+        vector(row, 7, {std::log(size.x), std::log(size.y), std::log(size.z)});
     }
     void color(std::span<std::byte> row, Vec3f color) const
     {
-        vector(row, color_, (vec_cast<double>(color) - Vec3d{0.5, 0.5, 0.5}) * (1 / harmonic_0));
+        vector(row, 3, (vec_cast<double>(color) - Vec3d{0.5, 0.5, 0.5}) * (1 / harmonic_0));
     }
     void rotation(std::span<std::byte> row, const std::array<float, 4>& rotation) const
     {
         for (std::size_t k = 0; k < 4; ++k)
-            put(row, rotation_[k], static_cast<double>(rotation[k]));
+            put(row, offsets_[10 + k], static_cast<double>(rotation[k]));
     }
 
   private:
-    static void vector(std::span<std::byte> row, const std::array<std::size_t, 3>& at, Vec3d v)
+    void vector(std::span<std::byte> row, std::size_t first, Vec3d v) const
     {
-        put(row, at[0], v.x);
-        put(row, at[1], v.y);
-        put(row, at[2], v.z);
+        put(row, offsets_[first], v.x);
+        put(row, offsets_[first + 1], v.y);
+        put(row, offsets_[first + 2], v.z);
     }
 
-    std::array<std::size_t, 3> center_, scale_, color_;
-    std::array<std::size_t, 4> rotation_;
-    std::size_t opacity_;
+    std::array<std::size_t, 14> offsets_;
 };
 
 std::vector<std::byte> ply_of(const Splats& splats)
 {
     std::string text = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", splats.size());
-    for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1",
-                             "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
-        text += fmt::format("property float {}\n", name);
+    for (const std::string_view name : gaussian_names)
+        text += fmt::format("property float {}\n{}", name,
+                            name == "z" ? "property float nx\nproperty float ny\nproperty float nz\n" : "");
     text += "end_header\n";
     constexpr std::size_t row_bytes = 17 * sizeof(float);
     std::vector<std::byte> bytes(text.size() + splats.size() * row_bytes);
@@ -96,27 +85,20 @@ std::vector<std::byte> ply_of(const Splats& splats)
 }
 
 /// The header with another count, and without the properties that are left out.
-std::string header_text(std::string_view header, std::size_t count, bool keeps_harmonics)
+std::string header_text(const PlyHeader& header, std::size_t count, bool keeps_harmonics)
 {
-    std::string text;
-    std::string element;
-    for (std::size_t begin = 0; begin < header.size();)
+    std::string text = "ply\nformat binary_little_endian 1.0\n";
+    for (const std::string& comment : header.comments)
+        text += comment + "\n";
+    for (const PlyElement& element : header.elements)
     {
-        const std::size_t end = header.find('\n', begin) + 1;
-        const std::string line(header.substr(begin, end - begin));
-        begin = end;
-        std::istringstream words(line);
-        std::string first;
-        std::string second;
-        std::string third;
-        words >> first >> second >> third;
-        element = first == "element" ? second : element;
-        if (first == "element" && element == "vertex")
-            text += fmt::format("element vertex {}\n", count);
-        else if (keeps_harmonics || first != "property" || element != "vertex" || !third.starts_with("f_rest_"))
-            text += line;
+        const bool is_vertex = element.name == "vertex";
+        text += fmt::format("element {} {}\n", element.name, is_vertex ? count : element.count);
+        for (const PlyProperty& property : element.properties)
+            if (!is_vertex || keeps_harmonics || !property.name.starts_with("f_rest_"))
+                text += property.line + "\n";
     }
-    return text;
+    return text + "end_header\n";
 }
 
 std::vector<std::byte> painted_ply(Bytes bytes, const PaintedSplats& painted, bool keeps_harmonics, const std::string& source)
@@ -131,13 +113,12 @@ std::vector<std::byte> painted_ply(Bytes bytes, const PaintedSplats& painted, bo
         if (keeps_harmonics || !property.name.starts_with("f_rest_"))
             kept.emplace_back(property.offset, next - property.offset);
     }
-    const std::string_view header(reinterpret_cast<const char*>(bytes.data()), layout.elements[0].begin);
-    const std::string text = header_text(header, painted.parts.size(), keeps_harmonics);
+    const std::string text = header_text(parse_ply_header(bytes, source), painted.parts.size(), keeps_harmonics);
     std::vector<std::byte> result;
     result.reserve(text.size() + painted.parts.size() * vertex.row_bytes);
     const auto append = [&](Bytes more) { result.insert(result.end(), more.begin(), more.end()); };
     append(std::as_bytes(std::span(text)));
-    append(bytes.subspan(header.size(), vertex.begin - header.size()));
+    append(bytes.subspan(layout.elements[0].begin, vertex.begin - layout.elements[0].begin));
     std::vector<std::byte> row(vertex.row_bytes);
     for (const PaintedSplats::Part& part : painted.parts)
     {

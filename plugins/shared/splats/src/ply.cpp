@@ -27,6 +27,14 @@ const PlyLayout::Element* PlyLayout::find(std::string_view name) const
     return found == elements.end() ? nullptr : &*found;
 }
 
+std::array<std::size_t, 14> gaussian_offsets(const PlyLayout::Element& vertex, const std::string& source)
+{
+    std::array<std::size_t, 14> offsets{};
+    for (std::size_t k = 0; k < offsets.size(); ++k)
+        offsets[k] = vertex.offset_of(gaussian_names[k], PlyType::float32, source);
+    return offsets;
+}
+
 PlyLayout ply_layout(Bytes bytes, const std::string& source)
 {
     const PlyHeader header = parse_ply_header(bytes, source);
@@ -63,25 +71,13 @@ SplatFile parse_ply(Bytes bytes, const std::string& source)
     const PlyLayout::Element* const vertex = layout.find("vertex");
     if (vertex == nullptr || vertex->count == 0)
         throw Error(source + ": has no vertices, and so no Gaussian splats");
-    const auto offset = [&](const char* name) { return vertex->offset_of(name, PlyType::float32, source); };
-    const auto three = [&](const char* a, const char* b, const char* c) {
-        return std::array<std::size_t, 3>{offset(a), offset(b), offset(c)};
-    };
-    const auto center = three("x", "y", "z");
-    const auto dc = three("f_dc_0", "f_dc_1", "f_dc_2");
-    const auto scale = three("scale_0", "scale_1", "scale_2");
-    const auto turn = three("rot_1", "rot_2", "rot_3");
-    const std::size_t turn_w = offset("rot_0");
-    const std::size_t opacity = offset("opacity");
+    const auto offsets = gaussian_offsets(*vertex, source);
 
     SplatFile file;
     file.format = SplatFormat::ply;
     const auto rest = static_cast<std::size_t>(
         std::ranges::count_if(vertex->properties, [](const auto& p) { return p.name.starts_with("f_rest_"); }));
-    int degree = 0;
-    while (3 * coefficients_of(degree) < rest)
-        ++degree;
-    if (3 * coefficients_of(degree) != rest || degree > 4)
+    if (std::ranges::none_of(std::array{0, 1, 2, 3, 4}, [&](int degree) { return 3 * coefficients_of(degree) == rest; }))
         throw Error(fmt::format("{}: its header has {} properties f_rest_*; expected 0, 9, 24, 45 or 72, for spherical harmonics "
                                 "of degree 0 to 4",
                                 source, rest));
@@ -89,14 +85,12 @@ SplatFile parse_ply(Bytes bytes, const std::string& source)
     for (std::size_t i = 0; i < vertex->count; ++i)
     {
         const Bytes row = bytes.subspan(vertex->begin + i * vertex->row_bytes, vertex->row_bytes);
-        const auto number = [&](std::size_t at) { return value_at<float>(row, at); };
-        const auto vector = [&](const std::array<std::size_t, 3>& at) {
-            return Vec3f{number(at[0]), number(at[1]), number(at[2])};
-        };
-        const Vec3d color = vec_cast<double>(vector(dc)) * harmonic_0 + Vec3d{0.5, 0.5, 0.5};
-        const Vec3f turned = vector(turn);
-        set(file.splats, i, vector(center), {number(turn_w), turned.x, turned.y, turned.z}, vec_cast<double>(vector(scale)),
-            sigmoid(number(opacity)), vec_cast<float>(color), source);
+        std::array<float, gaussian_names.size()> number{};
+        for (std::size_t k = 0; k < number.size(); ++k)
+            number[k] = value_at<float>(row, offsets[k]);
+        const Vec3d color = Vec3d{number[3], number[4], number[5]} * harmonic_0 + Vec3d{0.5, 0.5, 0.5};
+        set(file.splats, i, {number[0], number[1], number[2]}, {number[10], number[11], number[12], number[13]},
+            {number[7], number[8], number[9]}, sigmoid(number[6]), vec_cast<float>(color), source);
     }
     return file;
 }

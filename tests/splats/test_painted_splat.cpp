@@ -173,7 +173,7 @@ TEST_CASE("the finer the Gaussians of the generated room, the nearer is its pain
             for (int y = 0; y < mesh.height; ++y)
                 for (int x = 0; x < mesh.width; ++x)
                 {
-                    // What is beside the surface is black.
+                    // Pixels beside the surface are black.
                     if (mesh.at(x, y, 3) < 254.9F)
                         continue;
                     for (int c = 0; c < 3; ++c)

@@ -95,7 +95,7 @@ class Painter
         const Part whole{
             .source = i, .center = {}, .scale = {}, .color = color(center, axes[a] * sigmas[a], axes[b] * sigmas[b])};
         const double limit = options_.stroke_m * strokes_across / 2 / options_.unit_m;
-        // What hardly lies on the surface shows no strokes.
+        // A Gaussian that hardly lies on the surface shows no strokes.
         if (options_.densify && splats_.opacities[i] > 0 && deviations <= 1 && std::max(sigmas[a], sigmas[b]) > limit)
         {
             const Slices along_a = slices_of(sigmas[a], limit);

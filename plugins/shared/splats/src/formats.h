@@ -44,8 +44,7 @@ constexpr std::size_t coefficients_of(int degree)
     return static_cast<std::size_t>((degree + 1) * (degree + 1) - 1);
 }
 
-/// The quaternion of length 1 with these numbers in its order, and the `missing` one, which is the largest and positive, left
-/// out.
+/// The quaternion of length 1 of which the numbers but the `missing` one, which is positive, are these.
 inline std::array<double, 4> completed(const std::array<double, 3>& others, std::size_t missing)
 {
     std::array<double, 4> rotation{};

@@ -47,7 +47,7 @@ PlyLayout ply_layout(Bytes bytes, const std::string& source)
         PlyLayout::Element element{.name = declared.name, .count = declared.count, .properties = {}, .begin = begin};
         for (const PlyProperty& property : declared.properties)
         {
-            // Nothing behind the vertices is read.
+            // Elements behind the vertices are not read.
             if (property.is_list && layout.find("vertex") != nullptr)
                 return layout;
             if (property.is_list)

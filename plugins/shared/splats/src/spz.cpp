@@ -118,10 +118,8 @@ SpzContents unpacked_legacy(Bytes bytes, const std::string& source)
     const bool is_packed = value_at<std::uint16_t>(bytes, 0) == 0x8b1f;
     const auto take = [&](std::size_t most)
     {
-        auto plain = is_packed ? inflated(bytes, most, source)
-                               : std::vector<std::byte>(
-                                     bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(std::min(most, bytes.size())));
-        return plain;
+        const Bytes begin = bytes.first(std::min(most, bytes.size()));
+        return is_packed ? inflated(bytes, most, source) : std::vector<std::byte>(begin.begin(), begin.end());
     };
     const auto start = take(legacy_header);
     if (start.size() < legacy_header || std::memcmp(start.data(), magic.data(), magic.size()) != 0)

@@ -1,5 +1,6 @@
 #include "formats.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace fresco::splats
@@ -30,15 +31,11 @@ std::array<double, 4> unpacked_rotation(std::uint32_t packed)
 
 }  // namespace
 
-SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::string& source)
+SplatFile parse_compressed_ply(Bytes bytes, const PlyRows& chunk, const PlyRows& vertex, const std::string& source)
 {
-    const PlyLayout::Element& chunk = *layout.find("chunk");
-    const PlyLayout::Element* const vertex = layout.find("vertex");
-    if (vertex == nullptr || vertex->count == 0)
-        throw Error(source + ": has no vertices, and so no Gaussian splats");
-    if (chunk.begin == 0 || chunk.begin > vertex->begin || chunk.count != (vertex->count + chunk_rows - 1) / chunk_rows)
+    if (chunk.begin > vertex.begin || chunk.count != (vertex.count + chunk_rows - 1) / chunk_rows)
         throw Error(fmt::format("{}: has {} vertices in {} chunks; expected {} vertices in each chunk but the last", source,
-                                vertex->count, chunk.count, chunk_rows));
+                                vertex.count, chunk.count, chunk_rows));
     const auto three = [&](const std::string& what, const char* axes)
     {
         std::array<std::size_t, 3> offsets{};
@@ -50,10 +47,10 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
     const auto high = three("max_", "xyz");
     const auto scale_low = three("min_scale_", "xyz");
     const auto scale_high = three("max_scale_", "xyz");
-    const bool has_colors = chunk.find("min_r") != nullptr;
+    const bool has_colors = std::ranges::find(chunk.properties, "min_r", &PlyProperty::name) != chunk.properties.end();
     const auto color_low = has_colors ? three("min_", "rgb") : low;
     const auto color_high = has_colors ? three("max_", "rgb") : high;
-    const auto packed_at = [&](const char* name) { return vertex->offset_of(name, PlyType::uint32, source); };
+    const auto packed_at = [&](const char* name) { return vertex.offset_of(name, PlyType::uint32, source); };
     const std::size_t position = packed_at("packed_position");
     const std::size_t rotation = packed_at("packed_rotation");
     const std::size_t scale = packed_at("packed_scale");
@@ -61,11 +58,11 @@ SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::
 
     SplatFile file;
     file.format = SplatFormat::compressed_ply;
-    resize(file.splats, vertex->count);
-    for (std::size_t i = 0; i < vertex->count; ++i)
+    resize(file.splats, vertex.count);
+    for (std::size_t i = 0; i < vertex.count; ++i)
     {
         const Bytes range = bytes.subspan(chunk.begin + i / chunk_rows * chunk.row_bytes, chunk.row_bytes);
-        const Bytes row = bytes.subspan(vertex->begin + i * vertex->row_bytes, vertex->row_bytes);
+        const Bytes row = bytes.subspan(vertex.begin + i * vertex.row_bytes, vertex.row_bytes);
         const auto between = [&](const std::array<std::size_t, 3>& from, const std::array<std::size_t, 3>& to, Vec3d share)
         {
             const auto mix = [&](std::size_t k, double t)

@@ -63,43 +63,29 @@ inline std::array<double, 4> completed(const std::array<double, 3>& others, std:
 void set(Splats& splats, std::size_t i, Vec3f center, std::array<double, 4> rotation, Vec3<double> log_scale, double opacity,
          Vec3f color, const std::string& source);
 
-/// How a PLY file of Gaussians is laid out, up to the first element behind the vertices that has lists.
-struct PlyLayout
+/// The rows of an element of a PLY file, which has no lists.
+struct PlyRows : PlyElement
 {
-    struct Property
-    {
-        std::string name;
-        PlyType type{};
-        std::size_t offset = 0;  ///< In a row.
-    };
-    struct Element
-    {
-        std::string name;
-        std::size_t count = 0;
-        std::vector<Property> properties;
-        std::size_t begin = 0;  ///< Offset of the first row.
-        std::size_t row_bytes = 0;
+    std::size_t begin = 0;  ///< Offset of the first row.
+    std::size_t row_bytes = 0;
 
-        const Property* find(std::string_view property) const;
-        /// Offset in a row of a property of this type; throws Error if it is missing.
-        std::size_t offset_of(std::string_view property, PlyType type, const std::string& source) const;
-    };
-
-    std::vector<Element> elements;
-    const Element* find(std::string_view name) const;
+    /// Offset in a row of a property of this type; throws Error if it is missing.
+    std::size_t offset_of(std::string_view property, PlyType type, const std::string& source) const;
 };
 
 /// The properties of a Gaussian: center, color, opacity, scales, quaternion.
 inline constexpr std::array<std::string_view, 14> gaussian_names{
     "x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"};
 /// In the order of gaussian_names. Throws Error if one is missing.
-std::array<std::size_t, 14> gaussian_offsets(const PlyLayout::Element& vertex, const std::string& source);
+std::array<std::size_t, 14> gaussian_offsets(const PlyRows& vertex, const std::string& source);
 
-/// Reads the header. Throws Error if the rows are not all there.
-PlyLayout ply_layout(Bytes bytes, const std::string& source);
+/// Reads the header, up to the first element behind the vertices that has lists. Throws Error if the rows are not all there.
+std::vector<PlyRows> ply_rows(Bytes bytes, const std::string& source);
+/// Null if there is no such element.
+const PlyRows* find_rows(const std::vector<PlyRows>& elements, std::string_view name);
 
 SplatFile parse_ply(Bytes bytes, const std::string& source);
-SplatFile parse_compressed_ply(Bytes bytes, const PlyLayout& layout, const std::string& source);
+SplatFile parse_compressed_ply(Bytes bytes, const PlyRows& chunk, const PlyRows& vertex, const std::string& source);
 
 /// Rows of 32 bytes without a header: their numbers must be plausible.
 inline constexpr std::size_t splat_row_bytes = 32;

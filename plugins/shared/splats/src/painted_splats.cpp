@@ -29,10 +29,10 @@ std::byte byte_of(double share)
 }
 
 /// Writes numbers into a row of a PLY, where its layout has them.
-class PlyRow
+class RowWriter
 {
   public:
-    PlyRow(const PlyLayout::Element& vertex, const std::string& source) : offsets_(gaussian_offsets(vertex, source)) {}
+    RowWriter(const PlyRows& vertex, const std::string& source) : offsets_(gaussian_offsets(vertex, source)) {}
 
     void shape(std::span<std::byte> row, Vec3f center, Vec3f scale, double opacity) const
     {
@@ -72,8 +72,7 @@ std::vector<std::byte> ply_of(const Splats& splats)
     constexpr std::size_t row_bytes = 17 * sizeof(float);
     std::vector<std::byte> bytes(text.size() + splats.size() * row_bytes);
     std::memcpy(bytes.data(), text.data(), text.size());
-    const PlyLayout layout = ply_layout(bytes, "splats");
-    const PlyRow writer(layout.elements[0], "splats");
+    const RowWriter writer(ply_rows(bytes, "splats")[0], "splats");
     for (std::size_t i = 0; i < splats.size(); ++i)
     {
         const auto row = std::span(bytes).subspan(text.size() + i * row_bytes, row_bytes);
@@ -103,22 +102,23 @@ std::string header_text(const PlyHeader& header, std::size_t count, bool keeps_h
 
 std::vector<std::byte> painted_ply(Bytes bytes, const PaintedSplats& painted, bool keeps_harmonics, const std::string& source)
 {
-    const PlyLayout layout = ply_layout(bytes, source);
-    const PlyLayout::Element& vertex = *layout.find("vertex");
-    const PlyRow writer(vertex, source);
+    const auto elements = ply_rows(bytes, source);
+    const PlyRows& vertex = *find_rows(elements, "vertex");
+    const RowWriter writer(vertex, source);
     std::vector<std::pair<std::size_t, std::size_t>> kept;  // Ranges of a row's bytes.
-    for (const auto& property : vertex.properties)
+    std::size_t offset = 0;
+    for (const PlyProperty& property : vertex.properties)
     {
-        const std::size_t next = &property == &vertex.properties.back() ? vertex.row_bytes : (&property + 1)->offset;
         if (keeps_harmonics || !property.name.starts_with("f_rest_"))
-            kept.emplace_back(property.offset, next - property.offset);
+            kept.emplace_back(offset, size_of(property.type));
+        offset += size_of(property.type);
     }
     const std::string text = header_text(parse_ply_header(bytes, source), painted.parts.size(), keeps_harmonics);
     std::vector<std::byte> result;
     result.reserve(text.size() + painted.parts.size() * vertex.row_bytes);
     const auto append = [&](Bytes more) { result.insert(result.end(), more.begin(), more.end()); };
     append(std::as_bytes(std::span(text)));
-    append(bytes.subspan(layout.elements[0].begin, vertex.begin - layout.elements[0].begin));
+    append(bytes.subspan(elements[0].begin, vertex.begin - elements[0].begin));
     std::vector<std::byte> row(vertex.row_bytes);
     for (const PaintedSplats::Part& part : painted.parts)
     {
@@ -127,8 +127,8 @@ std::vector<std::byte> painted_ply(Bytes bytes, const PaintedSplats& painted, bo
             writer.shape(row, part.center, part.scale, double{part.opacity});
         if (!part.keeps_color)
             writer.color(row, part.color);
-        for (const auto& [offset, size] : kept)
-            append(std::span(row).subspan(offset, size));
+        for (const auto& [at, size] : kept)
+            append(std::span(row).subspan(at, size));
     }
     append(bytes.subspan(vertex.begin + vertex.count * vertex.row_bytes));
     return result;

@@ -5,29 +5,26 @@
 namespace fresco::splats
 {
 
-const PlyLayout::Property* PlyLayout::Element::find(std::string_view property) const
+std::size_t PlyRows::offset_of(std::string_view property, PlyType type, const std::string& source) const
 {
-    const auto found = std::ranges::find(properties, property, &Property::name);
-    return found == properties.end() ? nullptr : &*found;
+    std::size_t offset = 0;
+    for (const PlyProperty& each : properties)
+    {
+        if (each.name == property && each.type == type)
+            return offset;
+        offset += size_of(each.type);
+    }
+    throw Error(fmt::format("{}: its header lacks \"property {} {}\", which Gaussian splats have; a mesh is read by scan.mesh",
+                            source, fresco::name_of(type), property));
 }
 
-std::size_t PlyLayout::Element::offset_of(std::string_view property, PlyType type, const std::string& source) const
+const PlyRows* find_rows(const std::vector<PlyRows>& elements, std::string_view name)
 {
-    const Property* const found = find(property);
-    if (found == nullptr || found->type != type)
-        throw Error(
-            fmt::format("{}: its header lacks \"property {} {}\", which Gaussian splats have; a mesh is read by scan.mesh",
-                        source, fresco::name_of(type), property));
-    return found->offset;
-}
-
-const PlyLayout::Element* PlyLayout::find(std::string_view name) const
-{
-    const auto found = std::ranges::find(elements, name, &Element::name);
+    const auto found = std::ranges::find(elements, name, &PlyRows::name);
     return found == elements.end() ? nullptr : &*found;
 }
 
-std::array<std::size_t, 14> gaussian_offsets(const PlyLayout::Element& vertex, const std::string& source)
+std::array<std::size_t, 14> gaussian_offsets(const PlyRows& vertex, const std::string& source)
 {
     std::array<std::size_t, 14> offsets{};
     for (std::size_t k = 0; k < offsets.size(); ++k)
@@ -35,42 +32,40 @@ std::array<std::size_t, 14> gaussian_offsets(const PlyLayout::Element& vertex, c
     return offsets;
 }
 
-PlyLayout ply_layout(Bytes bytes, const std::string& source)
+std::vector<PlyRows> ply_rows(Bytes bytes, const std::string& source)
 {
     const PlyHeader header = parse_ply_header(bytes, source);
     if (header.format != PlyFormat::little_endian)
         throw Error(source + ": expected \"format binary_little_endian 1.0\", as all programs write Gaussian splats");
-    PlyLayout layout;
+    std::vector<PlyRows> elements;
     std::size_t begin = header.body_offset;
     for (const PlyElement& declared : header.elements)
     {
-        PlyLayout::Element element{.name = declared.name, .count = declared.count, .properties = {}, .begin = begin};
+        const bool has_list = std::ranges::any_of(declared.properties, &PlyProperty::is_list);
+        // Elements behind the vertices are not read.
+        if (has_list && find_rows(elements, "vertex") != nullptr)
+            break;
+        if (has_list)
+            throw Error(fmt::format("{}: the element \"{}\" has lists and stands before the vertices; splats have their vertices "
+                                    "before such an element",
+                                    source, declared.name));
+        PlyRows rows{declared, begin};
         for (const PlyProperty& property : declared.properties)
-        {
-            // Elements behind the vertices are not read.
-            if (property.is_list && layout.find("vertex") != nullptr)
-                return layout;
-            if (property.is_list)
-                throw Error(fmt::format("{}: the element \"{}\" has lists and stands before the vertices; splats have their "
-                                        "vertices before such an element",
-                                        source, declared.name));
-            element.properties.push_back({property.name, property.type, element.row_bytes});
-            element.row_bytes += size_of(property.type);
-        }
-        begin += element.count * element.row_bytes;
-        layout.elements.push_back(std::move(element));
+            rows.row_bytes += size_of(property.type);
+        begin += rows.count * rows.row_bytes;
+        elements.push_back(std::move(rows));
     }
-    return layout;
+    return elements;
 }
 
 SplatFile parse_ply(Bytes bytes, const std::string& source)
 {
-    const PlyLayout layout = ply_layout(bytes, source);
-    if (layout.find("chunk") != nullptr)
-        return parse_compressed_ply(bytes, layout, source);
-    const PlyLayout::Element* const vertex = layout.find("vertex");
+    const auto elements = ply_rows(bytes, source);
+    const PlyRows* const vertex = find_rows(elements, "vertex");
     if (vertex == nullptr || vertex->count == 0)
         throw Error(source + ": has no vertices, and so no Gaussian splats");
+    if (const PlyRows* const chunk = find_rows(elements, "chunk"))
+        return parse_compressed_ply(bytes, *chunk, *vertex, source);
     const auto offsets = gaussian_offsets(*vertex, source);
 
     SplatFile file;

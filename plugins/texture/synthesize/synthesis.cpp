@@ -285,8 +285,8 @@ class Synthesis
     {
         const double texels = detail_texels(halvings);
         // With fewer texels, patches are smaller: else they would show no more detail than those under them.
-        const int patch_px = options_.patch_px * (texels == detail_stroke_texels ? 5 : 4) / 6;
-        LevelOptions options{.side = std::max(least_patch_px, patch_px / 2 * 2 + 1),
+        const int sixths = texels == detail_stroke_texels ? 5 : 4;
+        LevelOptions options{.side = std::max(least_patch_px, options_.patch_px * sixths / 6 / 2 * 2 + 1),
                              .stride = coarse_stride,
                              .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
                              .search = {.stroke_px = texels, .seed = options_.seed}};

@@ -5,7 +5,6 @@
 #include <fresco/uv_mapping/shading.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <mutex>
@@ -103,12 +102,6 @@ struct FacePlane
     Footprint footprint{};  ///< If small.
     std::array<Linear, 3> weights{};
 };
-
-/// The base-2 logarithm, exact for powers of two and linear between.
-double log2_of(float v)
-{
-    return static_cast<double>(std::bit_cast<std::int32_t>(v)) / (1 << 23) - 127;
-}
 
 constexpr int most_places = 8;  ///< Most lookups of a footprint.
 
@@ -297,26 +290,20 @@ class RowPainter
     int add_pixel(int x, int y)
     {
         const int side = options_.samples_per_side;
-        const double middle = 0.5 * (side - 1);
-        if (is_joined_ && sees_one_face(x, y))
-            return add_samples(faces_.at(x * side, y * side - first_sample_row_), x * side + middle, y * side + middle, side);
-        int found = 0;
-        for (int row = y * side; row < (y + 1) * side; ++row)
-            for (int column = x * side; column < (x + 1) * side; ++column)
-                found += add_samples(faces_.at(column, row - first_sample_row_), column, row, 1);
-        return found;
-    }
-
-    /// Whether all samples of a pixel see the same face, or none.
-    bool sees_one_face(int x, int y) const
-    {
-        const int side = options_.samples_per_side;
+        const auto for_each_sample = [&](const auto& visit)
+        {
+            for (int row = y * side; row < (y + 1) * side; ++row)
+                for (int column = x * side; column < (x + 1) * side; ++column)
+                    visit(faces_.at(column, row - first_sample_row_), column, row);
+        };
         const std::uint32_t first = faces_.at(x * side, y * side - first_sample_row_);
-        std::uint32_t others = 0;
-        for (int row = y * side; row < (y + 1) * side; ++row)
-            for (int column = x * side; column < (x + 1) * side; ++column)
-                others |= faces_.at(column, row - first_sample_row_) ^ first;
-        return others == 0;
+        bool is_one_face = is_joined_;
+        for_each_sample([&](std::uint32_t face, int, int) { is_one_face &= face == first; });
+        if (is_one_face)
+            return add_samples(first, (x + 0.5) * side - 0.5, (y + 0.5) * side - 0.5, side);
+        int found = 0;
+        for_each_sample([&](std::uint32_t face, int column, int row) { found += add_samples(face, column, row, 1); });
+        return found;
     }
 
     /// Adds one lookup for side x side samples around (x, y), and returns how many of them see the face.
@@ -338,7 +325,7 @@ class RowPainter
         const Footprint print = plane.is_small ? plane.footprint : footprint(plane, nearness, u, v, options_.filter);
         // A lookup at the distance of pixels blurs more than the mean of samples.
         const double squared = side > 1 ? 0.6 * side * side * print.squared : print.squared;
-        const double lod = squared > 1 ? 0.5 * log2_of(static_cast<float>(squared)) : 0;
+        const double lod = squared > 1 ? 0.5 * double{std::log2(static_cast<float>(squared))} : 0;
         const float weight = static_cast<float>(side * side) / static_cast<float>(print.places);
         for (int i = 1; i <= print.places; ++i)
         {

@@ -98,7 +98,7 @@ class Lookups
     std::size_t count_ = 0;
     std::vector<float> x_, y_;  ///< Texels of the level, 0 at a center.
     std::vector<float> weights_;
-    std::vector<std::int32_t> firsts_, widths_, heights_;  ///< Of the level.
+    std::vector<std::int32_t> firsts_, widths_, heights_;  ///< The levels' own.
     std::array<std::vector<float>, 3> colors_;
 };
 

@@ -12,7 +12,7 @@ namespace
 
 /// A color counts for those within this distance, in L*a*b*, the less the farther away it is.
 constexpr double reach = 20;
-/// A picture has enough of a color if this share of it has it, so weighed: a hand's breadth of a painting a meter wide.
+/// A picture has enough of a color if this share of it has it, so weighed: a square of 7 cm in a painting of a square meter.
 constexpr double enough = 0.005;
 /// Steps of the grid over RGB.
 constexpr int steps = 16;

@@ -116,8 +116,10 @@ void Lookups::start(std::size_t most)
     {
         for (auto* numbers : {&x_, &y_, &weights_, &colors_[0], &colors_[1], &colors_[2]})
             numbers->resize(places);
-        for (auto* numbers : {&firsts_, &widths_, &heights_})
-            numbers->resize(places);
+        // A level of one texel: the last lanes look something up, too.
+        firsts_.resize(places);
+        widths_.resize(places, 1);
+        heights_.resize(places, 1);
     }
 }
 

@@ -79,7 +79,7 @@ using Pixel = std::array<std::uint32_t, 4>;
 std::string webp(const std::vector<Pixel>& pixels)
 {
     std::vector<bool> bits;
-    const auto put = [&](std::uint32_t value, int count)
+    const auto put = [&](std::uint64_t value, int count)
     {
         for (int k = 0; k < count; ++k)
             bits.push_back((value >> k & 1U) != 0);

@@ -16,7 +16,7 @@ constexpr double reach = 20;
 constexpr double enough = 0.005;
 /// Steps of the grid over RGB.
 constexpr int steps = 16;
-constexpr int nodes = steps + 1;
+constexpr std::size_t nodes = steps + 1;
 
 struct Shade
 {
@@ -40,6 +40,7 @@ std::vector<Shade> shades_of(const Raster8& picture, std::span<const std::uint8_
         ++shade.share;
     }
     std::vector<Shade> shades;
+    shades.reserve(cells.size());
     for (const auto& [cell, shade] : cells)
         shades.push_back({vec_cast<double>(lab_from_rgb(vec_cast<float>(shade.color * (1 / shade.share)))),
                           shade.share / static_cast<double>(moments.count())});
@@ -84,9 +85,9 @@ Recoloring::Recoloring(const ColorMoments& from, const Raster8& picture, std::sp
     ColorMoments to;
     const std::vector<Shade> shades = shades_of(picture, opaque, to);
     map_ = monge_kantorovich(from, to);
-    for (int blue = 0; blue < nodes; ++blue)
-        for (int green = 0; green < nodes; ++green)
-            for (int red = 0; red < nodes; ++red)
+    for (std::size_t blue = 0; blue < nodes; ++blue)
+        for (std::size_t green = 0; green < nodes; ++green)
+            for (std::size_t red = 0; red < nodes; ++red)
             {
                 const Vec3f rgb = Vec3f{float(red), float(green), float(blue)} * (1.0F / steps);
                 moves_.push_back(vec_cast<float>(move_of(shades, vec_cast<double>(lab_from_rgb(rgb)))));
@@ -99,12 +100,12 @@ Vec3f Recoloring::operator()(Vec3f rgb) const
     const auto clamped = [](double value) { return static_cast<float>(std::clamp(value, 0.0, 1.0)); };
     const Vec3f color{clamped(mapped.x), clamped(mapped.y), clamped(mapped.z)};
     const Vec3f at = color * steps;
-    const auto below = [](float value) { return std::min(static_cast<int>(value), steps - 1); };
-    const int red = below(at.x), green = below(at.y), blue = below(at.z);
+    const auto below = [](float value) { return std::min(static_cast<std::size_t>(value), nodes - 2); };
+    const std::size_t red = below(at.x), green = below(at.y), blue = below(at.z);
     const auto between = [](const Vec3f& a, const Vec3f& b, float share) { return a + (b - a) * share; };
-    const auto along_red = [&](int up, int over)
+    const auto along_red = [&](std::size_t up, std::size_t over)
     {
-        const Vec3f* node = &moves_[static_cast<std::size_t>((((blue + over) * nodes) + green + up) * nodes + red)];
+        const Vec3f* node = &moves_[((blue + over) * nodes + green + up) * nodes + red];
         return between(node[0], node[1], at.x - static_cast<float>(red));
     };
     const float up = at.y - static_cast<float>(green), over = at.z - static_cast<float>(blue);

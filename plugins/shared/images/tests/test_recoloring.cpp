@@ -10,15 +10,16 @@ namespace
 {
 
 constexpr int side = 100;
+constexpr std::size_t pixels = 10'000;
 
 /// Brown above, cream below, and a few pixels of blue.
 Raster8 picture_with(int blue_pixels)
 {
     Raster8 picture(side, side, 3);
-    for (std::size_t pixel = 0; pixel < side * side; ++pixel)
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel)
     {
         const auto color = static_cast<int>(pixel) < blue_pixels ? std::array<int, 3>{30, 60, 200}
-                           : pixel < side * side / 2             ? std::array<int, 3>{90, 50, 20}
+                           : pixel < pixels / 2                  ? std::array<int, 3>{90, 50, 20}
                                                                  : std::array<int, 3>{240, 230, 200};
         std::ranges::copy(color, &picture.values[3 * pixel]);
     }
@@ -65,7 +66,7 @@ TEST_CASE("a color that the picture has enough of stays; one that it has little 
 TEST_CASE("pixels that do not count are no colors of the picture")
 {
     const Raster8 picture = picture_with(2000);
-    std::vector<std::uint8_t> opaque(side * side, 1);
+    std::vector<std::uint8_t> opaque(pixels, 1);
     std::fill_n(opaque.begin(), 2000, std::uint8_t{0});
     const Recoloring recolored(moments_of(picture_with(0)), picture, opaque);
     CHECK(apart(recolored(blue), brown) < 20);
@@ -75,6 +76,6 @@ TEST_CASE("pixels that do not count are no colors of the picture")
 TEST_CASE("a picture without colors to count changes nothing")
 {
     const Raster8 picture = picture_with(0);
-    const std::vector<std::uint8_t> none(side * side, 0);
+    const std::vector<std::uint8_t> none(pixels, 0);
     CHECK(Recoloring(moments_of(picture), picture, none)(blue) == blue);
 }

@@ -36,7 +36,7 @@ splats::Splats covering(const Mesh& mesh, int side)
         const Vec3d area = geometry::area_vector(mesh, f) * 0.5;
         const auto add = [&](double x, double y)
         {
-            splats::samples::add_flat(splats, first + right * x + up * y, normalized(area), 0.65 * std::sqrt(length(area)) / side,
+            splats::samples::add_flat(splats, first + right * x + up * y, normalized(area), 0.7 * std::sqrt(length(area)) / side,
                                       0.001, 0.999, {});
         };
         for (int x = 0; x < side && length(area) > 1e-8; ++x)
@@ -147,7 +147,7 @@ TEST_CASE("the finer the Gaussians of the generated room, the nearer is its pain
     /// In 255ths.
     struct Difference
     {
-        double pictures = 0, from_gray = 0;
+        double pictures = 0, from_gray = 0, let_through = 0;
     };
     const auto difference = [&](int side)
     {
@@ -176,6 +176,7 @@ TEST_CASE("the finer the Gaussians of the generated room, the nearer is its pain
                     // Pixels beside the surface are black.
                     if (mesh.at(x, y, 3) < 254.9F)
                         continue;
+                    sum.let_through += 255 * double{splat.transmittance.at(x, y)};
                     for (int c = 0; c < 3; ++c)
                     {
                         sum.pictures += double{std::abs(255 * from_splat.at(x, y, c) - mesh.at(x, y, c))} / 3;
@@ -185,11 +186,14 @@ TEST_CASE("the finer the Gaussians of the generated room, the nearer is its pain
                 }
         }
         CHECK(count > 500'000);
-        return Difference{sum.pictures / count, sum.from_gray / count};
+        return Difference{sum.pictures / count, sum.from_gray / count, sum.let_through / count};
     };
-    const Difference coarse = difference(1), fine = difference(3);
-    INFO("a quarter of a stroke: " << coarse.pictures << " of 255; a twelfth: " << fine.pictures << "; gray: " << fine.from_gray);
+    const Difference coarse = difference(1), fine = difference(4);
+    INFO("a quarter of a stroke: " << coarse.pictures << " of 255; a sixteenth: " << fine.pictures << "; gray: " << fine.from_gray
+                                   << "; let through: " << coarse.let_through << ", " << fine.let_through);
     CHECK(fine.pictures <= 4);
-    CHECK(coarse.pictures < 7.5);
+    CHECK(coarse.pictures < 7);
     CHECK(fine.from_gray > 30);
+    CHECK(fine.let_through < 4);
+    CHECK(coarse.let_through < 4);
 }

@@ -188,7 +188,7 @@ constexpr int preview_px = 512;
 constexpr double slow_preview = 4;  // Previews of more than 1 / 4 s come less often, so that they take a twentieth of the time.
 constexpr int least_patch_px = 5;
 constexpr int most_halvings = 2;        // Halvings of the strokes' size, where there is detail.
-constexpr int later_rounds = 2;         // Every level but the coarsest takes a round that searches and one that refines.
+constexpr int later_rounds = 2;         // Every broad level but the coarsest takes a round that searches and one that refines.
 constexpr double least_missing = 0.45;  // L*a*b*: for half a stroke's width, with full detail …
 constexpr double missing_ratio = 2;     // … and for each further halving: small strokes are few.
 
@@ -287,7 +287,7 @@ class Synthesis
         // With fewer texels, patches are smaller: else they would show no more detail than those under them.
         const int sixths = texels == detail_stroke_texels ? 5 : 4;
         LevelOptions options{.side = std::max(least_patch_px, options_.patch_px * sixths / 6 / 2 * 2 + 1),
-                             .stride = coarse_stride,
+                             .stride = texels == detail_stroke_texels ? fine_stride : coarse_stride,
                              .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
                              .search = {.stroke_px = texels, .seed = options_.seed}};
         // Narrow strokes show the room: repeating them costs less.
@@ -351,7 +351,11 @@ class Synthesis
     }
 
     /// Rounds before those of the `index`-th level that is painted.
-    int rounds_before(int index) const { return index == 0 ? 0 : options_.rounds_count + (index - 1) * later_rounds; }
+    int rounds_before(int index) const
+    {
+        const int broad = std::min(index, options_.levels_count - finest_);
+        return index == 0 ? 0 : options_.rounds_count + (broad - 1) * later_rounds + index - broad;
+    }
 
     void paint_rounds(Level& level, int number, int done)
     {

@@ -87,29 +87,36 @@ SurfaceGrid::SurfaceGrid(const PaintedSurface& surface, double spacing_m, const 
             largest[chart] = face;
         }
     }
-    const std::size_t drawn_count = texels_.size();
     for (std::uint32_t chart = 0; chart < sheets_.size(); ++chart)
         if (has_sheet(chart) && !has_texel[chart])
             adopt(surface, chart, largest[chart]);
-    texels_.shrink_to_fit();
-    if (drawn_count < texels_.size())
-    {
-        const auto adopted = texels_.begin() + static_cast<std::ptrdiff_t>(drawn_count);
-        std::ranges::stable_sort(adopted, texels_.end(), {}, &Texel::face);
-        std::ranges::inplace_merge(texels_, adopted, {}, &Texel::face);
-        for (std::uint32_t t = 0; t < texels_.size(); ++t)
-            texel_of_cell_[texels_[t].cell] = t;
-    }
-    first_texel_.assign(faces + 1, 0);
-    for (const Texel& texel : texels_)
-        ++first_texel_[texel.face + 1];
-    std::partial_sum(first_texel_.begin(), first_texel_.end(), first_texel_.begin());
+    sort_by_cells(faces);
     parallel_items(sheets_.size(), 1, progress,
                    [&](std::size_t chart)
                    {
                        if (has_sheet(static_cast<std::uint32_t>(chart)))
                            extend(sheets_[chart]);
                    });
+}
+
+void SurfaceGrid::sort_by_cells(std::size_t faces)
+{
+    std::vector<Texel> sorted;
+    sorted.reserve(texels_.size());
+    first_of_face_.assign(faces + 1, 0);
+    for (std::uint32_t& texel : texel_of_cell_)
+        if (texel != none)
+        {
+            sorted.push_back(texels_[texel]);
+            texel = static_cast<std::uint32_t>(sorted.size() - 1);
+            ++first_of_face_[sorted.back().face + 1];
+        }
+    texels_ = std::move(sorted);
+    std::partial_sum(first_of_face_.begin(), first_of_face_.end(), first_of_face_.begin());
+    of_face_.resize(texels_.size());
+    std::vector<std::uint32_t> next(first_of_face_.begin(), first_of_face_.end() - 1);
+    for (std::uint32_t texel = 0; texel < texels_.size(); ++texel)
+        of_face_[next[texels_[texel].face]++] = texel;
 }
 
 void SurfaceGrid::lay_out(const PaintedSurface& surface)
@@ -327,12 +334,9 @@ class Patches::Walker
             if (std::abs(p.x) <= half_ && std::abs(p.y) <= half_)
                 visit(texel, p);
         };
-        const std::uint32_t first = grid_.first_texel(face);
-        const std::uint32_t end = grid_.first_texel(face + 1);
-        if (end - first <= 4 * found_.size())
+        if (const auto texels = grid_.texels_of(face); texels.size() <= 4 * found_.size())
         {
-            for (std::uint32_t texel = first; texel < end; ++texel)
-                visit_if_under(texel);
+            std::ranges::for_each(texels, visit_if_under);
             return;
         }
         const std::uint32_t chart = surface_.charts.of_face[face];

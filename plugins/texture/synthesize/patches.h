@@ -56,10 +56,12 @@ class SurfaceGrid
                 std::span<const std::uint8_t> wanted = {});
 
     double spacing_m() const { return spacing_m_; }
-    /// In the order of their faces.
+    /// In the order of their cells: what is near in a chart is near in memory, whatever the order of the faces.
     const std::vector<Texel>& texels() const { return texels_; }
-    /// The first texel of a face; those of the next face follow.
-    std::uint32_t first_texel(std::size_t face) const { return first_texel_[face]; }
+    std::span<const std::uint32_t> texels_of(std::size_t face) const
+    {
+        return std::span(of_face_).subspan(first_of_face_[face], first_of_face_[face + 1] - first_of_face_[face]);
+    }
     const Sheet& sheet(std::uint32_t chart) const { return sheets_[chart]; }
     bool has_sheet(std::uint32_t chart) const { return sheets_[chart].width > 0; }
 
@@ -77,12 +79,14 @@ class SurfaceGrid
     void lay_out(const PaintedSurface& surface);
     void draw_face(const PaintedSurface& surface, std::uint32_t face, std::vector<Texel>& out) const;
     void adopt(const PaintedSurface& surface, std::uint32_t chart, std::uint32_t largest_face);
+    void sort_by_cells(std::size_t faces);
     void extend(const Sheet& sheet);
 
     double spacing_m_;
     std::vector<Sheet> sheets_;
     std::vector<Texel> texels_;
-    std::vector<std::uint32_t> first_texel_;  ///< Per face, and an end.
+    std::vector<std::uint32_t> of_face_;        ///< Texels of each face, one face after another.
+    std::vector<std::uint32_t> first_of_face_;  ///< Per face its first place there, and an end.
     std::vector<std::uint32_t> texel_of_cell_;
 };
 

@@ -182,15 +182,15 @@ namespace
 constexpr double stroke_texels = 8;         // In the finest level of the broad strokes …
 constexpr double detail_stroke_texels = 6;  // … and of finer ones.
 constexpr double finest_texel = 0.6;        // Levels with texels smaller than this share of the texture's are left out.
-constexpr int coarse_stride = 3;
-constexpr int fine_stride = 4;
+constexpr int short_stride = 3;             // Between the smaller patches of strokes of fewer texels.
+constexpr std::size_t detail_keys = 6000;
 constexpr int preview_px = 512;
 constexpr double slow_preview = 4;  // Previews of more than 1 / 4 s come less often, so that they take a twentieth of the time.
 constexpr int least_patch_px = 5;
 constexpr int most_halvings = 2;        // Halvings of the strokes' size, where there is detail.
 constexpr int later_rounds = 2;         // Every broad level but the coarsest takes a round that searches and one that refines.
 constexpr double least_missing = 0.45;  // L*a*b*: for half a stroke's width, with full detail …
-constexpr double missing_ratio = 2;     // … and for each further halving: small strokes are few.
+constexpr double missing_ratio = 3;     // … and for each further halving: small strokes are few.
 
 class Synthesis
 {
@@ -287,9 +287,11 @@ class Synthesis
         // With fewer texels, patches are smaller: else they would show no more detail than those under them.
         const int sixths = texels == detail_stroke_texels ? 5 : 4;
         LevelOptions options{.side = std::max(least_patch_px, options_.patch_px * sixths / 6 / 2 * 2 + 1),
-                             .stride = texels == detail_stroke_texels ? fine_stride : coarse_stride,
                              .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
+                             .most_keys = detail_keys,
                              .search = {.stroke_px = texels, .seed = options_.seed}};
+        if (texels < detail_stroke_texels)
+            options.stride = short_stride;
         // Narrow strokes show the room: repeating them costs less.
         options.search.repeat_cost /= 2;
         options.search.weave_cost /= 2;
@@ -309,7 +311,6 @@ class Synthesis
     {
         const double freedom = 2 * options_.painterly;
         return {.side = options_.patch_px,
-                .stride = level > 0 ? coarse_stride : fine_stride,
                 .faithfulness = 0.5 * std::pow(0.3, options_.painterly),
                 .unrest = 10 * freedom,
                 .search = {.stroke_px = stroke_texels / std::exp2(level),

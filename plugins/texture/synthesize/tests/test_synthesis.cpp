@@ -192,7 +192,6 @@ TEST_CASE("a synthesis is its levels, with strokes eight texels wide in the fine
         for (int number = c.levels - 1; number >= c.finest; --number)
         {
             const LevelOptions o{.side = 5,
-                                 .stride = number > 0 ? 3 : 4,
                                  .faithfulness = c.faithfulness,
                                  .unrest = 20 * c.painterly,
                                  .search = {.stroke_px = std::ldexp(8.0, -number),

@@ -297,18 +297,17 @@ class Patches::Walker
             std::array<Vec2f, 3> corners;
             for (std::size_t i = 0; i < 3; ++i)
                 corners[i] = project(patch, surface_.mesh.positions[surface_.mesh.triangles[face][i]]);
-            const Bounds box = bounds(corners);
-            if (box.x0 > half_ || box.x1 < -half_ || box.y0 > half_ || box.y1 < -half_)
-                continue;
             visit_texels(patch, face, corners, visit_texel);
-            visit_points(face, corners, box, points);
-            for (const std::uint32_t other : surface_.neighbors[face])
-                if (other != geometry::none && visited_[other] != stamp_ &&
-                    dot(surface_.normals[other], patch.frame.out) >= reach_cosine)
-                {
-                    visited_[other] = stamp_;
-                    queue_.push_back(other);
-                }
+            visit_points(face, corners, bounds(corners), points);
+            for (std::size_t edge = 0; edge < 3; ++edge)
+            {
+                const std::uint32_t other = surface_.neighbors[face][edge];
+                if (other == geometry::none || visited_[other] == stamp_ || is_beside(corners[edge], corners[(edge + 1) % 3]) ||
+                    dot(surface_.normals[other], patch.frame.out) < reach_cosine)
+                    continue;
+                visited_[other] = stamp_;
+                queue_.push_back(other);
+            }
         }
         // The chart holds no cell's center.
         if (!own)
@@ -317,6 +316,13 @@ class Patches::Walker
     }
 
   private:
+    /// Whether an edge lies beside the patch, all of it on one side.
+    bool is_beside(Vec2f a, Vec2f b) const
+    {
+        return std::min(a.x, b.x) > half_ || std::max(a.x, b.x) < -half_ || std::min(a.y, b.y) > half_ ||
+               std::max(a.y, b.y) < -half_;
+    }
+
     /// A point's place among those of a patch.
     std::size_t number(int x, int y) const
     {

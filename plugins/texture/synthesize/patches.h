@@ -105,9 +105,9 @@ struct Patch
     }
 };
 
-/// Patches all over a surface, each on its own plane. A patch covers the faces that are connected to its center through edges and
-/// whose smoothed normals are within 50 degrees of its own: across the atlas's seams, so that no border of a chart shows, but not
-/// around corners or onto surfaces behind it.
+/// Patches all over a surface, each on its own plane. A patch covers the faces that are connected to its center through edges
+/// under it and whose smoothed normals are within 50 degrees of its own: across the atlas's seams, so that no border of a chart
+/// shows, but not around corners or onto surfaces behind it.
 class Patches
 {
   public:

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 #include <vector>
 
 /// \file The style picture at the size of one level, with the patches (keys) that a search may find in it, their principal
@@ -33,8 +35,13 @@ class ColorLookup
     ColorLookup() = default;
     explicit ColorLookup(const Raster<T>& picture) : width_(picture.width), height_(picture.height)
     {
-        for (std::size_t i = 0; i < picture.values.size(); i += 3)
-            values_.insert(values_.end(), {picture.values[i], picture.values[i + 1], picture.values[i + 2], T{}});
+        // The last pixel of each row has a next one, too.
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x <= width_; ++x)
+            {
+                const T* const rgb = &picture.at(std::min(x, width_ - 1), y);
+                values_.insert(values_.end(), {rgb[0], rgb[1], rgb[2], T{}});
+            }
     }
 
     Vec3f operator()(Vec2f at) const
@@ -43,25 +50,42 @@ class ColorLookup
         const float y = std::clamp(at.y, 0.0F, static_cast<float>(height_ - 1));
         const int column = static_cast<int>(x);
         const int row = static_cast<int>(y);
-        const T* const upper = pixel(column, row);
-        const std::ptrdiff_t right = column + 1 < width_ ? 4 : 0;
-        const T* const lower = pixel(column, std::min(row + 1, height_ - 1));
         const Color across = Color{} + (x - static_cast<float>(column));
-        const Color above = color(upper) + (color(upper + right) - color(upper)) * across;
-        const Color below = color(lower) + (color(lower + right) - color(lower)) * across;
+        const Color above = between(pixel(column, row), across);
+        const Color below = between(pixel(column, std::min(row + 1, height_ - 1)), across);
         const Color result = above + (below - above) * (y - static_cast<float>(row));
         return {result[0], result[1], result[2]};
     }
 
   private:
-    static Color color(const T* v)
+    /// The color between a pixel and the next one in its row.
+    static Color between(const T* left, Color across)
     {
-        return Color{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), static_cast<float>(v[3])};
+        Color a, b;
+        if constexpr (std::is_same_v<T, float>)
+        {
+            std::memcpy(&a, left, sizeof a);
+            std::memcpy(&b, left + 4, sizeof b);
+        }
+        else
+        {
+            // Both pixels' bytes become 16, then 32 bits wide: a compiler would convert them one by one.
+            using Bytes = std::uint8_t __attribute__((vector_size(16)));
+            using Words = std::uint16_t __attribute__((vector_size(16)));
+            using Ints = std::int32_t __attribute__((vector_size(16)));
+            Bytes bytes{};
+            std::memcpy(&bytes, left, 8);
+            const auto words =
+                (Words)__builtin_shufflevector(bytes, Bytes{}, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+            a = __builtin_convertvector((Ints)__builtin_shufflevector(words, Words{}, 0, 8, 1, 9, 2, 10, 3, 11), Color);
+            b = __builtin_convertvector((Ints)__builtin_shufflevector(words, Words{}, 4, 12, 5, 13, 6, 14, 7, 15), Color);
+        }
+        return a + (b - a) * across;
     }
     const T* pixel(int column, int row) const
     {
-        return &values_[4 *
-                        (static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column))];
+        return &values_[4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(width_ + 1) +
+                             static_cast<std::size_t>(column))];
     }
 
     int width_ = 0;

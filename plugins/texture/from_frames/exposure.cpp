@@ -302,19 +302,18 @@ class Equations
 
 }  // namespace
 
-std::vector<CellColor> cell_colors(const SampleBlocks& samples, int side)
+std::vector<CellColor> cell_colors(std::span<const TexelSample> samples, int side)
 {
     std::vector<CellColor> result;
-    for (const auto& block : samples)
-        for (const TexelSample& sample : block)
-        {
-            const auto [least, most] = std::minmax_element(sample.rgb.begin(), sample.rgb.end());
-            if (*least >= least_value && *most <= most_value)
-                result.push_back({sample.texel,
-                                  sample.weight,
-                                  {std::log(sample.rgb[0]), std::log(sample.rgb[1]), std::log(sample.rgb[2])},
-                                  sample.at});
-        }
+    for (const TexelSample& sample : samples)
+    {
+        const auto [least, most] = std::minmax_element(sample.rgb.begin(), sample.rgb.end());
+        if (*least >= least_value && *most <= most_value)
+            result.push_back({sample.texel,
+                              sample.weight,
+                              {std::log(sample.rgb[0]), std::log(sample.rgb[1]), std::log(sample.rgb[2])},
+                              sample.at});
+    }
     if (result.size() > most_cells)
     {
         std::vector<std::uint32_t> hashes;

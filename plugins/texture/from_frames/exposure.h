@@ -30,7 +30,7 @@ struct CellColor
 /// The cells of a gathered coarse texture that can be compared between exposures: neither nearly black nor saturated in any
 /// channel. About 4096 at most, in whole squares of 8 x 8 cells chosen by a hash, so that all views choose the same ones; in the
 /// order of the cells. `side`: cells a side of the texture.
-std::vector<CellColor> cell_colors(const SampleBlocks& samples, int side);
+std::vector<CellColor> cell_colors(std::span<const TexelSample> samples, int side);
 
 /// Factors of a picture's channels, which change slowly over it: 12 x 9 nodes of RGB and a fourth 1, bilinear between them.
 using Gains = RasterF;

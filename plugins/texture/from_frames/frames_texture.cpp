@@ -33,24 +33,13 @@ constexpr float saturated_weight = 0.3F;
 using Color = std::array<float, 3>;
 using namespace numerics::wide_vectors;
 
-/// The samples of a texel, a vector per number and lane; those without weight fill up.
+/// The samples of as many texels as there are lanes; those without weight fill up.
 struct Weighted
 {
-    std::size_t vectors = 0;
-    std::array<Floats, most_places / lanes> weight;
-    std::array<std::array<Floats, most_places / lanes>, 3> rgb;
+    std::size_t count = 0;
+    std::array<Floats, most_places> weight;
+    std::array<std::array<Floats, most_places>, 3> rgb;
 };
-
-/// Makes all lanes the sum of all.
-void add_lanes(Floats& v)
-{
-    Four low;
-    Four high;
-    std::memcpy(&low, &v, sizeof low);
-    std::memcpy(&high, reinterpret_cast<const std::byte*>(&v) + sizeof low, sizeof high);
-    low += high;
-    v = Floats{} + ((low[0] + low[2]) + (low[1] + low[3]));
-}
 
 /// Root mean square of the channels' differences, to five digits: by Newton's iterations, as vectors have no square roots.
 void distance(const Weighted& samples, std::size_t i, const std::array<Floats, 3>& center, Floats& result)
@@ -73,7 +62,7 @@ void geometric_median(const Weighted& samples, std::array<Floats, 3>& center)
     {
         std::array<Floats, 3> sum{};
         Floats total{};
-        for (std::size_t i = 0; i < samples.vectors; ++i)
+        for (std::size_t i = 0; i < samples.count; ++i)
         {
             Floats weight = samples.weight[i];
             if (round > 0)
@@ -86,179 +75,163 @@ void geometric_median(const Weighted& samples, std::array<Floats, 3>& center)
             for (std::size_t c = 0; c < 3; ++c)
                 sum[c] += weight * samples.rgb[c][i];
         }
-        add_lanes(total);
         for (std::size_t c = 0; c < 3; ++c)
-        {
-            add_lanes(sum[c]);
             center[c] = sum[c] / total;
-        }
     }
 }
 
 /// The least distance that at least half of the weight does not exceed.
-float median_distance(const Weighted& samples, std::size_t count, const std::array<Floats, most_places / lanes>& distances)
+void median_distance(const Weighted& samples, const std::array<Floats, most_places>& distances, Floats& least)
 {
-    Floats total{};
-    for (std::size_t i = 0; i < samples.vectors; ++i)
-        total += samples.weight[i];
-    add_lanes(total);
-    float least = std::numeric_limits<float>::max();
-    for (std::size_t s = 0; s < count; ++s)
+    Floats half{};
+    for (std::size_t i = 0; i < samples.count; ++i)
+        half += samples.weight[i] * 0.5F;
+    least = Floats{} + std::numeric_limits<float>::max();
+    for (std::size_t s = 0; s < samples.count; ++s)
     {
-        const float limit = distances[s / lanes][s % lanes];
-        if (limit >= least)
-            continue;
         Floats within{};
-        for (std::size_t i = 0; i < samples.vectors; ++i)
-            within += distances[i] <= limit ? samples.weight[i] : Floats{};
-        add_lanes(within);
-        if (within[0] * 2 >= total[0])
-            least = limit;
+        for (std::size_t i = 0; i < samples.count; ++i)
+            within += distances[i] <= distances[s] ? samples.weight[i] : Floats{};
+        least = (within >= half) & (distances[s] < least) ? distances[s] : least;
     }
-    return least;
-}
-
-KeptSample kept_with(const TexelSample& sample, float weight_factor, Color gain)
-{
-    const float saturation = noise::smooth_step(saturates_from, 1, std::max({sample.rgb[0], sample.rgb[1], sample.rgb[2]}));
-    const float of_white = std::max({1.0F, gain[0], gain[1], gain[2]});
-    for (std::size_t c = 0; c < 3; ++c)
-        gain[c] = sample.rgb[c] * (gain[c] + (of_white - gain[c]) * saturation);
-    return {sample.weight * weight_factor * (1 + (saturated_weight - 1) * saturation), gain};
-}
-
-/// Puts a sample where it belongs. Returns the one that falls out at the end.
-KeptSample put(KeptSample sample, std::span<KeptSample> places)
-{
-    bool is_in = false;
-    for (KeptSample& place : places)
-    {
-        is_in = is_in || sample.heavier_than(place);
-        const KeptSample before = place;
-        place = is_in ? sample : before;
-        sample = is_in ? before : sample;
-    }
-    return sample;
 }
 
 }  // namespace
 
-FRESCO_WIDE_VECTORS std::vector<ExposedSample> exposed(std::span<const TexelSample> samples, float weight_factor,
-                                                       const Gains* gains)
+KeptSample exposed(float weight, Four rgb, Four gain)
 {
-    std::vector<ExposedSample> result;
-    result.reserve(samples.size());
-    for (const TexelSample& sample : samples)
+    const float brightest = std::max({rgb[0], rgb[1], rgb[2]});
+    if (brightest > saturates_from)
     {
-        const KeptSample kept = gains != nullptr ? kept_with(sample, weight_factor, gain_at(*gains, sample.at))
-                                                 : KeptSample(sample.weight * weight_factor, sample.rgb);
-        if (!kept.empty())
-            result.push_back({sample.texel, kept});
+        const float saturation = noise::smooth_step(saturates_from, 1, brightest);
+        gain += (std::max({1.0F, gain[0], gain[1], gain[2]}) - gain) * saturation;
+        weight *= 1 + (saturated_weight - 1) * saturation;
     }
-    return result;
+    return {weight, rgb * gain};
 }
 
-FRESCO_WIDE_VECTORS Blend blended(std::span<const KeptSample> samples, float nearest)
+FRESCO_WIDE_VECTORS std::array<Blend, lanes> blended(const TexelsSamples& texels, float nearest)
 {
-    // Samples heavier than the last place take part; if all are equally heavy, all do.
-    const float threshold = samples.front().heavier_than(samples.back()) ? samples.back().weight() : 0;
+    std::array<Blend, lanes> result;
     Weighted used;
-    std::size_t count = 0;
-    const auto put = [&](float weight, const Color& rgb)
+    for (const auto& samples : texels)
+        used.count = std::max(used.count, samples.size());
+    for (std::size_t i = 0; i < used.count; ++i)
+        used.weight[i] = used.rgb[0][i] = used.rgb[1][i] = used.rgb[2][i] = Floats{};
+    for (std::size_t lane = 0; lane < lanes; ++lane)
     {
-        used.weight[count / lanes][count % lanes] = weight;
-        for (std::size_t c = 0; c < 3; ++c)
-            used.rgb[c][count / lanes][count % lanes] = rgb[c];
-    };
-    for (const KeptSample& sample : samples)
-        if (const float weight = sample.weight(); weight > threshold)
-        {
-            put(weight - threshold, sample.rgb());
-            ++count;
-        }
-    Blend result;
-    result.used = static_cast<int>(count);
-    for (; count % lanes != 0; ++count)
-        put(0, {});
-    used.vectors = count / lanes;
-
+        if (texels[lane].empty())
+            continue;
+        // Samples heavier than the last place take part; if all are equally heavy, all do.
+        const KeptSample& last = texels[lane].back();
+        const float threshold = texels[lane].front().heavier_than(last) ? last.weight() : 0;
+        std::size_t count = 0;
+        for (const KeptSample& sample : texels[lane])
+            if (const float weight = sample.weight(); weight > threshold)
+            {
+                used.weight[count][lane] = weight - threshold;
+                const Color rgb = sample.rgb();
+                for (std::size_t c = 0; c < 3; ++c)
+                    used.rgb[c][count][lane] = rgb[c];
+                ++count;
+            }
+        result[lane].used = static_cast<int>(count);
+    }
     std::array<Floats, 3> center;
     geometric_median(used, center);
-    std::array<Floats, most_places / lanes> distances;
-    for (std::size_t i = 0; i < used.vectors; ++i)
+    std::array<Floats, most_places> distances;
+    for (std::size_t i = 0; i < used.count; ++i)
         distance(used, i, center, distances[i]);
-    const auto samples_count = static_cast<std::size_t>(result.used);
-    const float limit = std::max(nearest, median_factor * median_distance(used, samples_count, distances));
+    Floats limit;
+    median_distance(used, distances, limit);
+    limit *= median_factor;
+    limit = limit > nearest ? limit : Floats{} + nearest;
     std::array<Floats, 3> sum{};
     Floats total{};
-    for (std::size_t i = 0; i < used.vectors; ++i)
+    Ints rejected{};
+    for (std::size_t i = 0; i < used.count; ++i)
     {
-        const Floats ratio = distances[i] * (1 / limit);
+        const Floats ratio = distances[i] / limit;
         Floats share = 1 - ratio * ratio;
         share = share > 0 ? share : Floats{};
-        for (std::size_t lane = 0; lane < lanes; ++lane)
-            result.rejected += share[lane] == 0 && used.weight[i][lane] > 0;
+        rejected -= (share == 0) & (used.weight[i] > 0);
         const Floats weight = used.weight[i] * (share * share);
         total += weight;
         for (std::size_t c = 0; c < 3; ++c)
             sum[c] += weight * used.rgb[c][i];
     }
-    add_lanes(total);
-    for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t lane = 0; lane < lanes; ++lane)
     {
-        add_lanes(sum[c]);
-        result.rgb[c] = std::clamp(sum[c][0] / total[0], 0.0F, 1.0F);
+        result[lane].rejected = rejected[lane];
+        for (std::size_t c = 0; c < 3; ++c)
+            result[lane].rgb[c] = std::clamp(sum[c][lane] / total[lane], 0.0F, 1.0F);
     }
     return result;
 }
 
+Blend blended(std::span<const KeptSample> samples, float nearest)
+{
+    return blended(TexelsSamples{samples}, nearest)[0];
+}
+
 std::uint32_t BestSamples::Arrays::make()
 {
+    if (!free_.empty())
+    {
+        const std::uint32_t number = free_.back();
+        free_.pop_back();
+        return number;
+    }
     if (count_ % per_page == 0)
         pages_.push_back(std::make_unique<KeptSample[]>(per_page * length_));
-    return ++count_;
+    return count_++;
+}
+
+void BestSamples::Arrays::give_back(std::uint32_t number)
+{
+    std::ranges::fill((*this)[number], KeptSample());
+    free_.push_back(number);
 }
 
 BestSamples::BestSamples(std::size_t texels, std::size_t places, std::size_t first)
-    : first_(first), heavier_(places / 2), lighter_(places - places / 2), heavier_of_(texels, 0)
+    : first_(first), places_(places), half_(places / 2 + 1), all_(places), texels_(texels)
 {
 }
 
-FRESCO_WIDE_VECTORS void BestSamples::add(std::span<const ExposedSample> samples)
+void BestSamples::add(std::span<const ExposedSample> samples)
 {
+    const std::size_t half = places_ / 2;
     for (const ExposedSample& sample : samples)
     {
-        std::uint32_t& number = heavier_of_[sample.texel - first_];
-        if (number == 0)
+        Texel& texel = texels_[sample.texel - first_];
+        if (sample.kept.order() <= texel.lightest)
+            continue;
+        if (texel.count == 0)
+            texel.array = half_.make();
+        else if (texel.count == half)
         {
-            number = heavier_.make();
-            lighter_of_.push_back(0);
+            const std::uint32_t larger = all_.make();
+            std::ranges::copy(half_[texel.array].first(half), all_[larger].begin());
+            half_.give_back(texel.array);
+            texel.array = larger;
         }
-        const std::uint32_t full = lighter_of_[number - 1];
-        if (full != 0 && !sample.kept.heavier_than(lighter_[full].back()))
-            continue;
-        const std::span<KeptSample> heavier = heavier_[number];
-        const KeptSample out = sample.kept.heavier_than(heavier.back()) ? put(sample.kept, heavier) : sample.kept;
-        if (out.empty())
-            continue;
-        std::uint32_t& more = lighter_of_[number - 1];
-        if (more == 0)
-            more = lighter_.make();
-        put(out, lighter_[more]);
+        const std::span<KeptSample> places = (texel.count < half ? half_ : all_)[texel.array];
+        std::size_t at = std::min<std::size_t>(texel.count, places_ - 1);
+        for (; at > 0 && sample.kept.heavier_than(places[at - 1]); --at)
+            places[at] = places[at - 1];
+        places[at] = sample.kept;
+        texel.count = static_cast<std::uint16_t>(std::min<std::size_t>(texel.count + 1U, places_));
+        if (texel.count == places_)
+            texel.lightest = places.back().order();
     }
 }
 
-std::span<const KeptSample> BestSamples::of(std::size_t texel, std::span<KeptSample, most_places> out) const
+std::span<const KeptSample> BestSamples::of(std::size_t texel) const
 {
-    const std::uint32_t number = heavier_of_[texel - first_];
-    if (number == 0)
+    const Texel& found = texels_[texel - first_];
+    if (found.count == 0)
         return {};
-    const std::span<const KeptSample> heavier = heavier_[number];
-    const auto end = std::ranges::copy(heavier, out.begin()).out;
-    if (const std::uint32_t more = lighter_of_[number - 1]; more != 0)
-        return {out.begin(), std::ranges::copy(lighter_[more], end).out};
-    *end = {};  // The threshold.
-    return {out.begin(), end + 1};
+    return (found.count <= places_ / 2 ? half_ : all_)[found.array].first(std::min<std::size_t>(found.count + 1U, places_));
 }
 
 namespace
@@ -318,7 +291,18 @@ std::vector<CellColor> surveyed(const View& view, const RejectedPixels& rejected
     for (std::size_t pixel = 0; pixel < weights.trust.values.size(); ++pixel)
         if (weights.trust.values[pixel] == 0)
             weights.weight.values[pixel] = 0;
-    return cell_colors(gather(map, links, weights.weight, PicturePyramid(view.picture), {side, side, true}), side);
+    const PicturePyramid picture(view.picture);
+    std::vector<TexelSample> colored;
+    gather(map, links, weights.weight, {side, side, true},
+           [&](std::size_t, std::span<const DrawnSample> samples)
+           {
+               for (const DrawnSample& sample : samples)
+               {
+                   const Four rgb = picture.at(sample.at, sample.covered);
+                   colored.push_back({sample.texel, sample.weight, {rgb[0], rgb[1], rgb[2]}, sample.at});
+               }
+           });
+    return cell_colors(colored, side);
 }
 
 Survey survey(std::size_t count, const ViewReader& read, const TextureRules& rules, Progress& progress)
@@ -356,13 +340,15 @@ float solve_exposure(Survey& found, const TextureRules& rules, FramesTexture& re
         for (CellColor& color : found.colors[v])
             color.weight *= static_cast<float>(result.sharpness[v]);
     const auto places = static_cast<std::size_t>(rules.views_count) + 1;
+    std::vector<KeptSample> best;
     const Blender blend_cell = [&](std::span<const TexelSample> samples)
     {
-        BestSamples best(1, places);
+        best.clear();
         for (const TexelSample& sample : samples)
-            best.add(exposed(std::span(&sample, 1), 1, nullptr));
-        std::array<KeptSample, most_places> kept;
-        return blended(best.of(0, kept)).rgb;
+            best.emplace_back(sample.weight, Four{sample.rgb[0], sample.rgb[1], sample.rgb[2]});
+        std::ranges::stable_sort(best, [](const KeptSample& a, const KeptSample& b) { return a.heavier_than(b); });
+        best.resize(places);
+        return blended(best).rgb;
     };
     const auto quality = [&](const std::vector<Gains>& gains)
     { return blend_quality(found.colors, found.side, gains, blend_cell); };
@@ -392,8 +378,21 @@ struct Gathered
     std::size_t rejected_pixels = 0;
 };
 
+/// Those of a view's samples that may be among the best ones of their texels.
+FRESCO_WIDE_VECTORS std::vector<ExposedSample> all_exposed(std::span<const DrawnSample> samples, const PicturePyramid& picture,
+                                                           float weight_factor, const Gains& gains, const BestSamples& best)
+{
+    std::vector<ExposedSample> result;
+    result.reserve(samples.size());
+    for (const DrawnSample& sample : samples)
+        if (const float weight = sample.weight * weight_factor; best.has_room(sample.texel, weight))
+            result.push_back({sample.texel, exposed(weight, picture.at(sample.at, sample.covered),
+                                                    four_between(gains, sample.at[0], sample.at[1]))});
+    return result;
+}
+
 Gathered gathered(const View& view, const RejectedPixels& rejected, float sharpness, const Gains& gains,
-                  const TextureRules& rules)
+                  const TextureRules& rules, const std::vector<BestSamples>& best)
 {
     const PixelLinks links(view.map, view.camera);
     const auto weights = view_weights(view.map, links, view.camera, rejected, rules.size_px);
@@ -402,9 +401,10 @@ Gathered gathered(const View& view, const RejectedPixels& rejected, float sharpn
         std::count_if(view.map.valid.values.begin(), view.map.valid.values.end(), [](auto v) { return v != 0; }));
     result.edge_pixels = weights.edge_pixels;
     result.rejected_pixels = static_cast<std::size_t>(std::ranges::count(rejected, true));
-    for (const auto& samples :
-         gather(view.map, links, weights.weight, PicturePyramid(view.picture), {rules.size_px, rows_per_block, false}))
-        result.samples.push_back(exposed(samples, sharpness, &gains));
+    const PicturePyramid picture(view.picture);
+    gather(view.map, links, weights.weight, {rules.size_px, rows_per_block, false},
+           [&](std::size_t block, std::span<const DrawnSample> samples)
+           { result.samples.push_back(all_exposed(samples, picture, sharpness, gains, best[block])); });
     return result;
 }
 
@@ -423,7 +423,7 @@ void fill(std::vector<BestSamples>& best, FramesTexture& result, const ViewReade
                        {
                            const std::size_t view = begin + i;
                            views[i] = gathered(read(view, false), rejected[view], static_cast<float>(result.sharpness[view]),
-                                               result.gains[view], rules);
+                                               result.gains[view], rules, best);
                        });
         parallel_items(best.size(), 1, progress,
                        [&](std::size_t block)
@@ -452,17 +452,25 @@ void blend(const std::vector<BestSamples>& best, FramesTexture& result, float ne
                  {
                      progress.check_canceled();
                      const BestSamples& here = best[first / rows_per_block];
-                     std::array<KeptSample, most_places> kept;
+                     std::array<std::size_t, lanes> blending;
+                     TexelsSamples samples;
+                     std::size_t count = 0;
                      for (std::size_t texel = first * rows; texel < last * rows; ++texel)
                      {
-                         const auto samples = here.of(texel, kept);
-                         if (samples.empty())
+                         blending[count] = texel;
+                         samples[count] = here.of(texel);
+                         count += samples[count].empty() ? 0 : 1;
+                         if (count < lanes && texel + 1 < last * rows)
                              continue;
-                         const Blend color = blended(samples, nearest);
-                         result.seen.values[texel] = 1;
-                         std::ranges::copy(color.rgb, &result.picture.values[3 * texel]);
-                         blended_in_row[texel / rows] += static_cast<std::size_t>(color.used);
-                         rejected_in_row[texel / rows] += static_cast<std::size_t>(color.rejected);
+                         const auto colors = blended(samples, nearest);
+                         for (std::size_t i = 0; i < count; ++i)
+                         {
+                             result.seen.values[blending[i]] = 1;
+                             std::ranges::copy(colors[i].rgb, &result.picture.values[3 * blending[i]]);
+                             blended_in_row[blending[i] / rows] += static_cast<std::size_t>(colors[i].used);
+                             rejected_in_row[blending[i] / rows] += static_cast<std::size_t>(colors[i].rejected);
+                         }
+                         count = 0;
                      }
                  });
     for (std::size_t row = 0; row < rows; ++row)

@@ -5,6 +5,7 @@
 
 #include <fresco/camera.h>
 #include <fresco/image.h>
+#include <fresco/numerics/wide_vectors.h>
 #include <fresco/parallel.h>
 #include <fresco/uv_maps.h>
 
@@ -32,26 +33,27 @@ class KeptSample
     KeptSample() = default;
     /// \param weight  above 0; kept to 1/256 of itself, rounded down
     /// \param rgb     each from 0 to 2, kept to 1/32767
-    KeptSample(float weight, const std::array<float, 3>& rgb)
-        : bits_(std::uint64_t{std::bit_cast<std::uint32_t>(weight) >> 16U} << 48U)
+    KeptSample(float weight, Four rgb) : bits_(std::uint64_t{std::bit_cast<std::uint32_t>(weight) >> 16U} << 48U)
     {
+        rgb = rgb * steps + 0.5F;
+        rgb = rgb > 0 ? rgb : Four{};
+        rgb = rgb < 65535 ? rgb : Four{} + 65535;
         for (std::size_t c = 0; c < 3; ++c)
-            bits_ |= static_cast<std::uint64_t>(std::clamp(rgb[c] * steps + 0.5F, 0.0F, 65535.0F)) << (16 * c);
+            bits_ |= static_cast<std::uint64_t>(static_cast<std::int32_t>(rgb[c])) << (16 * c);
     }
 
-    bool empty() const { return weight_bits() == 0; }
-    float weight() const { return std::bit_cast<float>(static_cast<std::uint32_t>(weight_bits()) << 16U); }
+    /// Greater for heavier ones; 0: empty.
+    std::uint16_t order() const { return static_cast<std::uint16_t>(bits_ >> 48U); }
+    float weight() const { return std::bit_cast<float>(std::uint32_t{order()} << 16U); }
     std::array<float, 3> rgb() const
     {
         const auto channel = [&](unsigned c) { return static_cast<float>(bits_ >> (16 * c) & 0xffffU) * (1 / steps); };
         return {channel(0), channel(1), channel(2)};
     }
-    bool heavier_than(const KeptSample& other) const { return weight_bits() > other.weight_bits(); }
+    bool heavier_than(const KeptSample& other) const { return order() > other.order(); }
 
   private:
     static constexpr float steps = 32767;
-
-    std::uint64_t weight_bits() const { return bits_ >> 48U; }
 
     std::uint64_t bits_ = 0;  ///< The upper half of a float, then blue, green and red.
 };
@@ -62,9 +64,9 @@ struct ExposedSample
     KeptSample kept;
 };
 
-/// Multiplies the samples' weights and colors by the factors (colors clamped to 2) and leaves those without weight out. With
-/// gains, saturated samples stay white, since factors would tint them, and count 0.3 times, since their brightness is unknown.
-std::vector<ExposedSample> exposed(std::span<const TexelSample> samples, float weight_factor, const Gains* gains);
+/// A sample with its weight and color multiplied by the factors (colors clamped to 2). Saturated samples stay white, since
+/// factors would tint them, and count 0.3 times, since their brightness is unknown.
+KeptSample exposed(float weight, Four rgb, Four gain);
 
 /// Samples this near to the others are never rejected.
 constexpr float least_distance = 0.15F;
@@ -76,13 +78,18 @@ struct Blend
     int rejected = 0;            ///< Number of these left out as outliers.
 };
 
-/// The color of one texel from its samples, heaviest first (empty places last; at least one is not).
+/// The samples of some texels, each heaviest first (at least one), an empty one behind them if there are less than places; a span
+/// that is empty stands for no texel.
+using TexelsSamples = std::array<std::span<const KeptSample>, numerics::wide_vectors::lanes>;
+
+/// The colors of the texels.
 ///
 /// If no place is empty, the last one's weight is subtracted from all weights, so that a view's share is zero where it enters or
 /// leaves the best ones and the texture has no steps (Buehler et al., "Unstructured lumigraph rendering", SIGGRAPH 2001, section
 /// 4). The rest is averaged by Tukey's biweight around the geometric median: a sample's share falls with
 /// its distance, and is zero beyond three times the weighted median distance or `nearest`, whichever is more. Up to half
 /// of the weight may be wrong. Distances are root mean squares over the channels.
+std::array<Blend, numerics::wide_vectors::lanes> blended(const TexelsSamples& texels, float nearest);
 Blend blended(std::span<const KeptSample> samples, float nearest = least_distance);
 
 /// The heaviest samples of a range of texels. Its memory does not grow with the views: a texel takes some once a view shows it,
@@ -99,8 +106,14 @@ class BestSamples
     /// Keeps the first of equally heavy samples.
     void add(std::span<const ExposedSample> samples);
 
-    /// All places of a texel, heaviest first, empty ones last, in `out`, which has most_places. Empty if no view shows it.
-    std::span<const KeptSample> of(std::size_t texel, std::span<KeptSample, most_places> out) const;
+    /// Whether a sample of this weight would be kept.
+    bool has_room(std::size_t texel, float weight) const
+    {
+        return KeptSample(weight, Four{}).order() > texels_[texel - first_].lightest;
+    }
+
+    /// The samples of a texel, as blended wants them. Empty if no view shows it.
+    std::span<const KeptSample> of(std::size_t texel) const;
 
   private:
     /// Arrays of one length. They are made in pages, so that making more copies none.
@@ -108,25 +121,34 @@ class BestSamples
     {
       public:
         explicit Arrays(std::size_t length) : length_(length) {}
-        /// Returns its number, above 0. Its places are empty.
+        /// Returns the number of one whose places are empty.
         std::uint32_t make();
+        void give_back(std::uint32_t number);
         std::span<KeptSample> operator[](std::uint32_t number) const
         {
-            return {&pages_[(number - 1) / per_page][(number - 1) % per_page * length_], length_};
+            return {&pages_[number / per_page][number % per_page * length_], length_};
         }
 
       private:
         static constexpr std::size_t per_page = 1024;
         std::size_t length_;
         std::uint32_t count_ = 0;
+        std::vector<std::uint32_t> free_;
         std::vector<std::unique_ptr<KeptSample[]>> pages_;
     };
 
+    struct Texel
+    {
+        std::uint32_t array = 0;     ///< Of half_ if it has at most half of the samples.
+        std::uint16_t count = 0;     ///< Samples.
+        std::uint16_t lightest = 0;  ///< The last sample's order if there is no room for more.
+    };
+
     std::size_t first_;
-    Arrays heavier_;
-    Arrays lighter_;
-    std::vector<std::uint32_t> heavier_of_;  ///< Per texel; 0: none.
-    std::vector<std::uint32_t> lighter_of_;  ///< Per array of heavier ones; 0: none.
+    std::size_t places_;
+    Arrays half_;  ///< With a place that stays empty at the end.
+    Arrays all_;
+    std::vector<Texel> texels_;
 };
 
 /// One view, as read.

@@ -8,34 +8,30 @@
 #include <cstring>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 namespace fresco::from_frames
 {
 
+using namespace numerics::wide_vectors;
+
 namespace
 {
 
-RasterF halved(const RasterF& level)
+Raster8 halved(const Raster8& level)
 {
     if (level.width % 2 != 0 || level.height % 2 != 0)
         return resized(level, level.width / 2, level.height / 2);
-    RasterF half(level.width / 2, level.height / 2, 4);
+    Raster8 half(level.width / 2, level.height / 2, 4);
     for (int y = 0; y < half.height; ++y)
-        for (int x = 0; x < half.width; ++x)
-        {
-            Four sum{};
-            for (const int row : {2 * y, 2 * y + 1})
-                for (const int column : {2 * x, 2 * x + 1})
-                {
-                    Four pixel;
-                    std::memcpy(&pixel, &level.at(column, row), sizeof pixel);
-                    sum += pixel;
-                }
-            sum *= 0.25F;
-            std::memcpy(&half.at(x, y), &sum, sizeof sum);
-        }
+    {
+        const std::uint8_t* upper = &level.at(0, 2 * y);
+        const std::uint8_t* lower = &level.at(0, 2 * y + 1);
+        std::uint8_t* average = &half.at(0, y);
+        for (int x = 0; x < half.width; ++x, upper += 8, lower += 8)
+            for (int c = 0; c < 4; ++c)
+                *average++ = static_cast<std::uint8_t>((upper[c] + upper[c + 4] + lower[c] + lower[c + 4] + 2) / 4);
+    }
     return half;
 }
 
@@ -43,59 +39,38 @@ RasterF halved(const RasterF& level)
 
 PicturePyramid::PicturePyramid(const Raster8& rgb)
 {
-    RasterF level(rgb.width, rgb.height, 4);
+    Raster8 level(rgb.width, rgb.height, 4);
     for (std::size_t i = 0; i < rgb.values.size() / 3; ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-            level.values[4 * i + c] = static_cast<float>(rgb.values[3 * i + c]) / 255;
+        std::copy_n(&rgb.values[3 * i], 3, &level.values[4 * i]);
     levels_.push_back(std::move(level));
     while (levels_.back().width > 1 && levels_.back().height > 1)
         levels_.push_back(halved(levels_.back()));
 }
 
-PicturePyramid::Lod PicturePyramid::lod(double footprint) const
-{
-    const double lod = std::clamp(std::log2(std::max(footprint, 1.0)), 0.0, static_cast<double>(levels_.size() - 1));
-    const auto level = static_cast<std::size_t>(lod);
-    return {level, static_cast<float>(lod - static_cast<double>(level))};
-}
-
-std::array<float, 3> PicturePyramid::at(const std::array<float, 2>& place, Lod lod) const
-{
-    Four color = four_between(levels_[lod.level], place[0], place[1]);
-    if (lod.share > 0)
-        color += (four_between(levels_[lod.level + 1], place[0], place[1]) - color) * lod.share;
-    return {color[0], color[1], color[2]};
-}
-
 namespace
 {
 
-constexpr double step_share = 0.02;
-constexpr double step_m = 0.01;
+constexpr float step_share = 0.02F;
+constexpr float step_m = 0.01F;
 /// Texture per meter between neighbors of one chart, over the view's usual one.
-constexpr double most_stretch = 5;
+constexpr float most_stretch = 5;
 /// Every so many links, one enters the statistics; prime, so that no image column is preferred.
 constexpr std::size_t sample_distance = 7;
 
-/// Along one row or column: pixel i is valid and has 1 / depth `inverse(i)`.
-template <class Valid, class Inverse>
-bool is_step(int i, int count, const Valid& valid, const Inverse& inverse)
+/// Whether there is a step after pixel `i` of `count` in a row or column, whose pixels are `next` apart. `inverse`: 1 / depth at
+/// it, 0: not valid.
+bool is_step(int i, int count, const float* inverse, std::ptrdiff_t next)
 {
-    const double here = inverse(i);
-    const double next = inverse(i + 1);
-    double jump = std::abs(next - here);
-    if (i > 0 && valid(i - 1))
-        jump = std::min(jump, std::abs(next - here - (here - inverse(i - 1))));
-    if (i + 2 < count && valid(i + 2))
-        jump = std::min(jump, std::abs(next - here - (inverse(i + 2) - next)));
+    const float here = inverse[0];
+    const float there = inverse[next];
+    float jump = std::abs(there - here);
+    if (i > 0 && inverse[-next] > 0)
+        jump = std::min(jump, std::abs(there - here - (here - inverse[-next])));
+    if (i + 2 < count && inverse[2 * next] > 0)
+        jump = std::min(jump, std::abs(there - here - (inverse[2 * next] - there)));
     // A change of 1 / z by j is one of z by about z² j.
-    const double nearer_m = 1 / std::max(here, next);
-    return jump * nearer_m > step_share + step_m / nearer_m;
-}
-
-double squared(Vec3d v)
-{
-    return dot(v, v);
+    const float nearer = std::max(here, there);
+    return jump > nearer * (step_share + step_m * nearer);
 }
 
 }  // namespace
@@ -110,21 +85,18 @@ void PixelLinks::link_surfaces(const UvMap& map)
 {
     const int width = valid_.width;
     const int height = valid_.height;
-    std::vector<double> inverses(map.depth.values.size());
-    std::ranges::transform(map.depth.values, inverses.begin(), [](float depth) { return 1 / static_cast<double>(depth); });
-    const auto inverse = [&](int x, int y) { return inverses[static_cast<std::size_t>(y) * width + x]; };
+    RasterF inverse(width, height);
+    for (std::size_t i = 0; i < inverse.values.size(); ++i)
+        inverse.values[i] = valid_.values[i] != 0 ? 1 / map.depth.values[i] : 0;
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
-            if (valid_.at(x, y) == 0)
+            const float* const here = &inverse.at(x, y);
+            if (*here == 0)
                 continue;
-            if (x + 1 < width && valid_.at(x + 1, y) != 0 &&
-                !is_step(
-                    x, width, [&](int i) { return valid_.at(i, y) != 0; }, [&](int i) { return inverse(i, y); }))
+            if (x + 1 < width && here[1] > 0 && !is_step(x, width, here, 1))
                 links_.at(x, y) |= surface_right;
-            if (y + 1 < height && valid_.at(x, y + 1) != 0 &&
-                !is_step(
-                    y, height, [&](int i) { return valid_.at(x, i) != 0; }, [&](int i) { return inverse(x, i); }))
+            if (y + 1 < height && here[width] > 0 && !is_step(y, height, here, width))
                 links_.at(x, y) |= surface_down;
         }
 }
@@ -134,42 +106,56 @@ void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
     const int width = valid_.width;
     const int height = valid_.height;
     const Intrinsics own = camera.intrinsics.scaled_to(width, height);
-    std::vector<Vec3d> points(map.depth.values.size());
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            const auto depth = static_cast<double>(map.depth.at(x, y));
-            points[map.depth.index(x, y)] = {(x + 0.5 - own.cx) / own.fx * depth, (y + 0.5 - own.cy) / own.fy * depth, depth};
-        }
-    const auto point = [&](int x, int y) { return points[map.depth.index(x, y)]; };
-    // Squared length of the link to (x + dx, y + dy) in the texture, and in the world.
-    const auto in_texture = [&](int x, int y, int dx, int dy)
+    std::vector<float> across;
+    for (int x = 0; x < width; ++x)
+        across.push_back(static_cast<float>((x + 0.5 - own.cx) / own.fx));
+    // Squared length in the texture over that in the world.
+    const auto stretch = [&](int x, int y, int dx, int dy, float down, float next_down)
     {
-        const double du = static_cast<double>(map.uv.at(x + dx, y + dy, 0)) - static_cast<double>(map.uv.at(x, y, 0));
-        const double dv = static_cast<double>(map.uv.at(x + dx, y + dy, 1)) - static_cast<double>(map.uv.at(x, y, 1));
-        return du * du + dv * dv;
+        const float* const uv = &map.uv.at(x, y);
+        const float* const next_uv = &map.uv.at(x + dx, y + dy);
+        const float depth = map.depth.at(x, y);
+        const float next_depth = map.depth.at(x + dx, y + dy);
+        const float wide = across[static_cast<std::size_t>(x + dx)] * next_depth - across[static_cast<std::size_t>(x)] * depth;
+        const float high = next_down * next_depth - down * depth;
+        const float deep = next_depth - depth;
+        return ((next_uv[0] - uv[0]) * (next_uv[0] - uv[0]) + (next_uv[1] - uv[1]) * (next_uv[1] - uv[1])) /
+               (wide * wide + high * high + deep * deep);
     };
-    const auto in_world = [&](int x, int y, int dx, int dy) { return squared(point(x + dx, y + dy) - point(x, y)); };
-    std::vector<double> samples;
+    RasterF rightward(width, height);
+    RasterF downward(width, height);
+    std::vector<float> samples;
     std::size_t number = 0;
     for (int y = 0; y < height; ++y)
+    {
+        const auto down = static_cast<float>((y + 0.5 - own.cy) / own.fy);
+        const auto next_down = static_cast<float>((y + 1.5 - own.cy) / own.fy);
         for (int x = 0; x < width; ++x)
-            if (has(x, y, surface_right) && number++ % sample_distance == 0)
-                samples.push_back(in_texture(x, y, 1, 0) / in_world(x, y, 1, 0));
+        {
+            if (has(x, y, surface_right))
+            {
+                rightward.at(x, y) = stretch(x, y, 1, 0, down, down);
+                if (number++ % sample_distance == 0)
+                    samples.push_back(rightward.at(x, y));
+            }
+            if (has(x, y, surface_down))
+                downward.at(x, y) = stretch(x, y, 0, 1, down, next_down);
+        }
+    }
     if (samples.empty())
         return;
     const auto quartile = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 4);
     std::nth_element(samples.begin(), quartile, samples.end());
-    texture_per_m_ = std::sqrt(*quartile);
-    const double most = *quartile * most_stretch * most_stretch;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-        {
-            if (has(x, y, surface_right) && in_texture(x, y, 1, 0) <= most * in_world(x, y, 1, 0))
-                links_.at(x, y) |= texels_right;
-            if (has(x, y, surface_down) && in_texture(x, y, 0, 1) <= most * in_world(x, y, 0, 1))
-                links_.at(x, y) |= texels_down;
-        }
+    texture_per_m_ = std::sqrt(static_cast<double>(*quartile));
+    const float most = *quartile * most_stretch * most_stretch;
+    for (std::size_t i = 0; i < links_.values.size(); ++i)
+    {
+        std::uint8_t& links = links_.values[i];
+        if ((links & surface_right) != 0 && rightward.values[i] <= most)
+            links |= texels_right;
+        if ((links & surface_down) != 0 && downward.values[i] <= most)
+            links |= texels_down;
+    }
 }
 
 Raster8 PixelLinks::at_steps() const
@@ -204,7 +190,7 @@ constexpr float far_away = 1e6F;
 constexpr float last_resort = 1e-3F;
 /// A picture is fine enough where its pixels are at most two texels wide. More resolution does not make up for a lesser angle:
 /// near views would outweigh all others together where they are out of place.
-constexpr double enough_pixels = 0.25;
+constexpr float enough_pixels = 0.25F;
 /// Difference of measured depth and mesh that something makes which the mesh does not have, in meters and per meter of depth.
 constexpr double sensor_tolerance_m = 0.1;
 constexpr double sensor_share = 0.05;
@@ -277,8 +263,9 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
 
     const auto margin = static_cast<float>(edge_margin_px * height / camera.intrinsics.height);
     const auto border = static_cast<float>(border_share * height);
-    const double texels_per_m2 = std::pow(links.texture_per_m() * size_px, 2);
-    const double focal_squared = camera.intrinsics.fx * camera.intrinsics.fy;
+    // Of a surface one meter away.
+    const auto pixels_per_texel =
+        static_cast<float>(camera.intrinsics.fx * camera.intrinsics.fy / std::pow(links.texture_per_m() * size_px, 2));
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)
         {
@@ -291,14 +278,13 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
             trust *= std::min(1.0F, (static_cast<float>(inside) + 0.5F) / border);
             if (is_rejected)
                 continue;
-            const auto depth = static_cast<double>(map.depth.at(x, y));
-            const auto cosine = static_cast<double>(map.cosine.at(x, y));
+            const float depth = map.depth.at(x, y);
+            const float cosine = map.cosine.at(x, y);
             if (!(depth > 0) || !(cosine > 0))
                 continue;
-            const double pixels_per_texel = focal_squared * cosine / (depth * depth) / texels_per_m2;
             result.trust.at(x, y) = trust;
-            result.weight.at(x, y) =
-                static_cast<float>(cosine * std::min(1.0, pixels_per_texel / enough_pixels)) * std::max(trust, last_resort);
+            result.weight.at(x, y) = cosine * std::min(1.0F, pixels_per_texel * cosine / (depth * depth) / enough_pixels) *
+                                     std::max(trust, last_resort);
         }
     return result;
 }
@@ -306,45 +292,56 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
 namespace
 {
 
-constexpr double beside_pixels = 1e-2;
+constexpr float beside_pixels = 1e-2F;
 /// So that no texel center falls between two triangles.
-constexpr double rounding = 1e-9;
+constexpr float rounding = 1e-5F;
 
 /// A pixel center of the map in the texture.
-struct Corner
+struct Pixel
 {
-    double x = 0;       ///< In texels, whole numbers are texel centers, rightwards …
-    double y = 0;       ///< … and downwards.
-    double across = 0;  ///< In the picture, in [0,1], rightward …
-    double down = 0;    ///< … and downward.
-    double weight = 0;
+    float x = 0;  ///< In texels, whole numbers are texel centers, rightwards …
+    float y = 0;  ///< … and downwards.
+    float weight = 0;
+    bool right = false;  ///< Linked to the next pixel in its row.
+    bool down = false;   ///< Linked to the next pixel in its column.
 };
 
-struct Linked
+/// Half squares of neighboring pixel centers, one a lane. Their corners are the pixel at the right angle, its neighbor in the
+/// row, and its neighbor in the column.
+struct Triangles
 {
-    Corner corner;
-    bool right;
-    bool down;
+    std::array<Floats, 3> x{}, y{}, weight{};
+    Floats column{}, row{};          ///< The first corner in the map …
+    Floats rightward{}, downward{};  ///< … and the way from there to the other ones: 1 or -1.
 };
 
-double cross(const Corner& a, const Corner& b, const Corner& c)
+float largest(const Floats& values)
 {
-    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    float most = values[0];
+    for (std::size_t lane = 1; lane < lanes; ++lane)
+        most = std::max(most, values[lane]);
+    return most;
+}
+
+/// Of numbers from 0 on.
+void round_up(Floats& values)
+{
+    const Floats whole = __builtin_convertvector(__builtin_convertvector(values, Ints), Floats);
+    values = whole < values ? whole + 1 : whole;
 }
 
 class Gatherer
 {
   public:
-    Gatherer(const UvMap& map, const PixelLinks& links, const RasterF& weight, const PicturePyramid& picture,
-             const GatherTarget& target)
-        : map_(map), links_(links), weight_(weight), picture_(picture), target_(target), share_x_(1.0 / map.valid.width),
-          share_y_(1.0 / map.valid.height), pixels_(picture.width() * share_x_ * picture.height() * share_y_),
-          squares_(map.valid.width, map.valid.height)
+    Gatherer(const UvMap& map, const PixelLinks& links, const RasterF& weight, const GatherTarget& target)
+        : map_(map), links_(links), weight_(weight), target_(target), share_x_(1 / static_cast<float>(map.valid.width)),
+          share_y_(1 / static_cast<float>(map.valid.height)), whole_(map.valid.width + 1, map.valid.height + 1), drawn_(lanes),
+          texels_per_block_(static_cast<std::uint32_t>(target.rows_per_block) * static_cast<std::uint32_t>(target.size_px)),
+          blocks_(static_cast<std::size_t>((target.size_px + target.rows_per_block - 1) / target.rows_per_block))
     {
-        blocks_.resize(static_cast<std::size_t>((target.size_px + target.rows_per_block - 1) / target.rows_per_block));
     }
 
-    FRESCO_WIDE_VECTORS SampleBlocks gathered()
+    FRESCO_WIDE_VECTORS void gather(const SampleUser& use)
     {
         load_row(0);
         for (int y = 0; y + 1 < weight_.height; ++y)
@@ -353,123 +350,164 @@ class Gatherer
             load_row(y + 1);
             for (int x = 0; x + 1 < weight_.width; ++x)
                 draw_square(x, y);
+            sort_into_blocks();
         }
+        draw();  // The lanes that are not new were drawn before, and equal samples count once.
         if (!target_.between_only)
             for (int y = 0; y < weight_.height; ++y)
                 for (int x = 0; x < weight_.width; ++x)
-                    if (squares_.at(x, y) < 4 && weight_.at(x, y) > 0)
+                    if ((whole_.at(x, y) & whole_.at(x + 1, y) & whole_.at(x, y + 1) & whole_.at(x + 1, y + 1)) == 0 &&
+                        weight_.at(x, y) > 0)
                         splat(x, y);
-        std::vector<std::uint32_t> places(texels_per_block(), none);
+        sort_into_blocks();
+        std::vector<std::uint32_t> places(texels_per_block_, none);
         for (std::size_t block = 0; block < blocks_.size(); ++block)
         {
             keep_heaviest(block, places);
-            for (const TexelSample& sample : blocks_[block])
-                places[sample.texel - block * texels_per_block()] = none;
+            for (const DrawnSample& sample : blocks_[block])
+                places[sample.texel - block * texels_per_block_] = none;
+            use(block, blocks_[block]);
         }
-        return std::move(blocks_);
     }
 
   private:
     static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-    std::size_t texels_per_block() const
+    Pixel pixel(int x, int y) const
     {
-        return static_cast<std::size_t>(target_.rows_per_block) * static_cast<std::size_t>(target_.size_px);
-    }
-
-    Corner corner(int x, int y) const
-    {
-        return {static_cast<double>(map_.uv.at(x, y, 0)) * target_.size_px - 0.5,
-                (1 - static_cast<double>(map_.uv.at(x, y, 1))) * target_.size_px - 0.5, (x + 0.5) * share_x_,
-                (y + 0.5) * share_y_, static_cast<double>(weight_.at(x, y))};
-    }
-
-    bool linked(int x, int y, PixelLinks::Link link) const
-    {
-        const bool right = link == PixelLinks::texels_right;
-        return links_.has(x, y, link) && weight_.at(x, y) > 0 && weight_.at(right ? x + 1 : x, right ? y : y + 1) > 0;
+        const auto size = static_cast<float>(target_.size_px);
+        const float weight = weight_.at(x, y);
+        return {map_.uv.at(x, y, 0) * size - 0.5F, (1 - map_.uv.at(x, y, 1)) * size - 0.5F, weight,
+                weight > 0 && links_.has(x, y, PixelLinks::texels_right) && weight_.at(x + 1, y) > 0,
+                weight > 0 && links_.has(x, y, PixelLinks::texels_down) && weight_.at(x, y + 1) > 0};
     }
 
     void load_row(int y)
     {
         lower_.resize(static_cast<std::size_t>(weight_.width));
         for (int x = 0; x < weight_.width; ++x)
-            lower_[static_cast<std::size_t>(x)] = {corner(x, y), linked(x, y, PixelLinks::texels_right),
-                                                   linked(x, y, PixelLinks::texels_down)};
+            lower_[static_cast<std::size_t>(x)] = pixel(x, y);
     }
 
     void draw_square(int x, int y)
     {
         const auto column = static_cast<std::size_t>(x);
-        const std::array<const Linked*, 4> corners{&upper_[column], &upper_[column + 1], &lower_[column], &lower_[column + 1]};
+        const std::array<const Pixel*, 4> corners{&upper_[column], &upper_[column + 1], &lower_[column], &lower_[column + 1]};
         const bool top = corners[0]->right;
         const bool bottom = corners[2]->right;
         const bool left = corners[0]->down;
         const bool right = corners[1]->down;
+        const auto draw_half = [&](std::size_t joint)
+        {
+            const std::array<const Pixel*, 3> half{corners[joint], corners[joint ^ 1U], corners[joint ^ 2U]};
+            for (std::size_t i = 0; i < 3; ++i)
+            {
+                triangles_.x[i][lane_] = half[i]->x;
+                triangles_.y[i][lane_] = half[i]->y;
+                triangles_.weight[i][lane_] = half[i]->weight;
+            }
+            const bool is_right = (joint & 1U) != 0;
+            const bool is_lower = (joint & 2U) != 0;
+            triangles_.column[lane_] = static_cast<float>(x + int{is_right});
+            triangles_.row[lane_] = static_cast<float>(y + int{is_lower});
+            triangles_.rightward[lane_] = is_right ? -1.0F : 1.0F;
+            triangles_.downward[lane_] = is_lower ? -1.0F : 1.0F;
+            lane_ = (lane_ + 1) % lanes;
+            if (lane_ == 0)
+                draw();
+        };
         const int sides = int{top} + int{bottom} + int{left} + int{right};
         if (sides == 4)
         {
-            draw(corners[0]->corner, corners[1]->corner, corners[2]->corner);
-            draw(corners[1]->corner, corners[3]->corner, corners[2]->corner);
-            for (int dy = 0; dy < 2; ++dy)
-                for (int dx = 0; dx < 2; ++dx)
-                    ++squares_.at(x + dx, y + dy);
+            draw_half(0);
+            draw_half(3);
+            whole_.at(x + 1, y + 1) = 1;
         }
         else if (sides == 2 && top != bottom && left != right)  // Three corners, joined at the one where these sides meet.
-        {
-            const std::size_t joint = (left ? 0U : 1U) + (top ? 0U : 2U);
-            draw(corners[joint]->corner, corners[joint ^ 1U]->corner, corners[joint ^ 2U]->corner);
-        }
+            draw_half((left ? 0U : 1U) + (top ? 0U : 2U));
     }
 
-    /// Three corners of a square of neighboring pixel centers.
-    void draw(const Corner& a, const Corner& b, const Corner& c)
+    /// All lanes at once: texel by texel of their bounding boxes.
+    void draw()
     {
-        const double last = target_.size_px - 1;
-        const double right = std::min(last, std::max(std::max(a.x, b.x), c.x));
-        const double bottom = std::min(last, std::max(std::max(a.y, b.y), c.y));
-        const double area = cross(a, b, c);
-        if (area == 0 || right < 0 || bottom < 0)
-            return;
-        const auto rounded_up = [](double at) { return static_cast<int>(at) + int{static_cast<int>(at) < at}; };
-        const int first_column = rounded_up(std::max(0.0, std::min(std::min(a.x, b.x), c.x)));
-        const int first_row = rounded_up(std::max(0.0, std::min(std::min(a.y, b.y), c.y)));
-        const auto last_column = static_cast<int>(right);
-        const auto last_row = static_cast<int>(bottom);
-        if (first_column > last_column || first_row > last_row)
-            return;
-        const double share = 1 / area;
-        std::optional<PicturePyramid::Lod> lod;
-        for (int row = first_row; row <= last_row; ++row)
-            for (int column = first_column; column <= last_column; ++column)
+        const auto& [x, y, weight, column, row, rightward, downward] = triangles_;
+        const Floats beside_x = x[1] - x[0], beside_y = y[1] - y[0];
+        const Floats below_x = x[2] - x[0], below_y = y[2] - y[0];
+        const Floats area = beside_x * below_y - beside_y * below_x;
+        const Floats share = 1 / area;  // Without an area, no comparison below holds.
+        const Floats covered = (area < 0 ? -share : share) * (share_x_ * share_y_);
+        Floats left = x[0], right = x[0], top = y[0], bottom = y[0];
+        for (std::size_t i = 1; i < 3; ++i)
+        {
+            left = x[i] < left ? x[i] : left;
+            right = x[i] > right ? x[i] : right;
+            top = y[i] < top ? y[i] : top;
+            bottom = y[i] > bottom ? y[i] : bottom;
+        }
+        const auto last = static_cast<float>(target_.size_px - 1);
+        left = left > 0 ? left : Floats{};
+        top = top > 0 ? top : Floats{};
+        round_up(left);
+        round_up(top);
+        const float columns = largest(right - left), rows = largest(bottom - top);
+        for (float down = 0; down <= rows; ++down)
+            for (float across = 0; across <= columns; ++across)
             {
-                const Corner here{static_cast<double>(column), static_cast<double>(row), 0, 0, 0};
-                const double of_a = cross(b, c, here) * share;
-                const double of_b = cross(c, a, here) * share;
-                const double of_c = 1 - of_a - of_b;
-                if (of_a < -rounding || of_b < -rounding || of_c < -rounding)
-                    continue;
-                if (!lod)  // The square is one pixel of the map large.
-                    lod = picture_.lod(std::sqrt(pixels_ / std::abs(area)));
-                add(column, row, of_a * a.weight + of_b * b.weight + of_c * c.weight, *lod,
-                    of_a * a.across + of_b * b.across + of_c * c.across, of_a * a.down + of_b * b.down + of_c * c.down);
+                const Floats here_x = left + across, here_y = top + down;
+                const Floats to_x = here_x - x[0], to_y = here_y - y[0];
+                const Floats beside = (to_x * below_y - to_y * below_x) * share;
+                const Floats below = (beside_x * to_y - beside_y * to_x) * share;
+                const Floats joint = 1 - beside - below;
+                const Floats weights = joint * weight[0] + beside * weight[1] + below * weight[2];
+                const Ints inside = (joint >= -rounding) & (beside >= -rounding) & (below >= -rounding) & (weights > 0) &
+                                    (here_x <= last) & (here_y <= last);
+                const Ints texels =
+                    __builtin_convertvector(here_y, Ints) * target_.size_px + __builtin_convertvector(here_x, Ints);
+                const Floats at_x = (column + 0.5F + beside * rightward) * share_x_;
+                const Floats at_y = (row + 0.5F + below * downward) * share_y_;
+                make_room();
+                DrawnSample* next = drawn_.data() + count_;
+                for (std::size_t lane = 0; lane < lanes; ++lane)  // Without branches, which nobody could predict.
+                {
+                    *next = {static_cast<std::uint32_t>(texels[lane]), weights[lane], {at_x[lane], at_y[lane]}, covered[lane]};
+                    next -= inside[lane];
+                }
+                count_ = static_cast<std::size_t>(next - drawn_.data());
             }
     }
 
     void splat(int x, int y)
     {
-        const Corner pixel = corner(x, y);
+        const Pixel from = pixel(x, y);
         const int last = target_.size_px - 1;
-        const auto left = static_cast<int>(std::floor(pixel.x));
-        const auto top = static_cast<int>(std::floor(pixel.y));
-        const auto lod = picture_.lod(std::sqrt(pixels_));
+        const auto left = static_cast<int>(std::floor(from.x));
+        const auto top = static_cast<int>(std::floor(from.y));
+        make_room();
         for (int row = std::max(0, top); row <= std::min(last, top + 1); ++row)
             for (int column = std::max(0, left); column <= std::min(last, left + 1); ++column)
             {
-                const double share = (1 - std::abs(pixel.x - column)) * (1 - std::abs(pixel.y - row));
+                const float share =
+                    (1 - std::abs(from.x - static_cast<float>(column))) * (1 - std::abs(from.y - static_cast<float>(row)));
                 if (share > 0)
-                    add(column, row, beside_pixels * pixel.weight * share, lod, pixel.across, pixel.down);
+                    drawn_[count_++] = {static_cast<std::uint32_t>(row * target_.size_px + column),
+                                        beside_pixels * from.weight * share,
+                                        {(static_cast<float>(x) + 0.5F) * share_x_, (static_cast<float>(y) + 0.5F) * share_y_},
+                                        share_x_ * share_y_};
             }
+    }
+
+    /// For as many samples as there are lanes.
+    void make_room()
+    {
+        if (drawn_.size() < count_ + lanes)
+            drawn_.resize(2 * drawn_.size());
+    }
+
+    void sort_into_blocks()
+    {
+        for (std::size_t i = 0; i < count_; ++i)
+            blocks_[drawn_[i].texel / texels_per_block_].push_back(drawn_[i]);
+        count_ = 0;
     }
 
     /// Leaves one sample of each texel. `places`: none, per texel of a block.
@@ -477,9 +515,9 @@ class Gatherer
     {
         auto& samples = blocks_[block];
         std::uint32_t kept = 0;
-        for (const TexelSample& sample : samples)
+        for (const DrawnSample& sample : samples)
         {
-            std::uint32_t& place = places[sample.texel - block * texels_per_block()];
+            std::uint32_t& place = places[sample.texel - block * texels_per_block_];
             if (place == none)
                 samples[place = kept++] = sample;
             else if (sample.weight > samples[place].weight)
@@ -488,36 +526,27 @@ class Gatherer
         samples.resize(kept);
     }
 
-    void add(int column, int row, double weight, PicturePyramid::Lod lod, double across, double down)
-    {
-        const auto sample_weight = static_cast<float>(weight);
-        const std::array<float, 2> place{static_cast<float>(across), static_cast<float>(down)};
-        if (sample_weight > 0)
-            blocks_[static_cast<std::size_t>(row / target_.rows_per_block)].push_back(
-                {static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(target_.size_px) +
-                     static_cast<std::uint32_t>(column),
-                 sample_weight, picture_.at(place, lod), place});
-    }
-
     const UvMap& map_;
     const PixelLinks& links_;
     const RasterF& weight_;
-    const PicturePyramid& picture_;
     GatherTarget target_;
-    double share_x_;  ///< Width of the map's pixels as a share of the picture.
-    double share_y_;
-    double pixels_;                      ///< Pixels of the picture per pixel of the map.
-    Raster8 squares_;                    ///< Whole squares drawn around each pixel.
-    std::vector<Linked> upper_, lower_;  ///< Two rows of pixels.
-    SampleBlocks blocks_;
+    float share_x_;  ///< Width of the map's pixels as a share of the picture.
+    float share_y_;
+    Raster8 whole_;                     ///< 1: the square up and left of this pixel is drawn whole.
+    std::vector<Pixel> upper_, lower_;  ///< Two rows of pixels.
+    Triangles triangles_;               ///< Not drawn yet: the lanes before lane_.
+    std::size_t lane_ = 0;
+    std::vector<DrawnSample> drawn_;  ///< The first count_ are not yet sorted into blocks.
+    std::size_t count_ = 0;
+    std::uint32_t texels_per_block_;
+    std::vector<std::vector<DrawnSample>> blocks_;
 };
 
 }  // namespace
 
-SampleBlocks gather(const UvMap& map, const PixelLinks& links, const RasterF& weight, const PicturePyramid& picture,
-                    const GatherTarget& target)
+void gather(const UvMap& map, const PixelLinks& links, const RasterF& weight, const GatherTarget& target, const SampleUser& use)
 {
-    return Gatherer(map, links, weight, picture, target).gathered();
+    Gatherer(map, links, weight, target).gather(use);
 }
 
 }  // namespace fresco::from_frames

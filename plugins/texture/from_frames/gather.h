@@ -6,9 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <functional>
+#include <span>
 #include <vector>
 
 /// \file The texels that one view shows, with their colors and weights: which pixels of its uv map belong together (PixelLinks),
@@ -22,7 +26,8 @@ namespace fresco::from_frames
 typedef float Four __attribute__((vector_size(16)));
 
 /// Looks a raster of four channels up at (u, v) in [0,1], rightward and downward; bilinear, clamped at the borders.
-inline Four four_between(const RasterF& raster, float u, float v)
+template <class T>
+Four four_between(const Raster<T>& raster, float u, float v)
 {
     const float x = std::clamp(u * static_cast<float>(raster.width) - 0.5F, 0.0F, static_cast<float>(raster.width - 1));
     const float y = std::clamp(v * static_cast<float>(raster.height) - 0.5F, 0.0F, static_cast<float>(raster.height - 1));
@@ -30,45 +35,57 @@ inline Four four_between(const RasterF& raster, float u, float v)
     const auto row = static_cast<int>(y);
     const float right = x - static_cast<float>(column);
     const float down = y - static_cast<float>(row);
-    const float* const first = raster.values.data() + raster.index(column, row);
+    const T* const first = raster.values.data() + raster.index(column, row);
     const std::ptrdiff_t next = column + 1 < raster.width ? 4 : 0;
     const std::ptrdiff_t below = row + 1 < raster.height ? std::ptrdiff_t{4} * raster.width : 0;
-    Four a, b, c, d;
-    std::memcpy(&a, first, sizeof a);
-    std::memcpy(&b, first + next, sizeof b);
-    std::memcpy(&c, first + below, sizeof c);
-    std::memcpy(&d, first + below + next, sizeof d);
+    const auto four_at = [&](std::ptrdiff_t offset)
+    {
+        typedef std::int32_t Bits __attribute__((vector_size(16)));
+        std::array<T, 4> values;
+        std::memcpy(&values, first + offset, sizeof values);
+        if constexpr (sizeof(T) == 1)  // Compilers convert bytes one by one.
+            return __builtin_convertvector((Bits{} + std::bit_cast<std::int32_t>(values)) >> Bits{0, 8, 16, 24} & 255, Four);
+        else
+            return std::bit_cast<Four>(values);
+    };
+    const Four a = four_at(0), b = four_at(next), c = four_at(below), d = four_at(below + next);
     const Four upper = a + (b - a) * right;
     const Four lower = c + (d - c) * right;
     return upper + (lower - upper) * down;
 }
 
-/// A camera picture at every size down to less than two pixels, each the area average of the one before. Immutable, so
-/// thread-safe.
+/// Where one view shows a texel.
+struct DrawnSample
+{
+    std::uint32_t texel = 0;  ///< As TexelSample has it.
+    float weight = 0;         ///< Above 0.
+    std::array<float, 2> at{};
+    float covered = 0;  ///< Share of the picture that the texel covers.
+};
+
+/// A camera picture at every size down to less than two pixels, each the area average of the one before, in bytes: four times as
+/// many pixels fit into a processor's cache as of floats. Immutable, so thread-safe.
 class PicturePyramid
 {
   public:
     /// `rgb`: 3 channels, not empty.
     explicit PicturePyramid(const Raster8& rgb);
 
-    int width() const { return levels_.front().width; }
-    int height() const { return levels_.front().height; }
-
-    /// Between a level and the next.
-    struct Lod
+    /// RGB in [0,1] at a place in the picture, in [0,1], rightward and downward, averaged over this share of the picture:
+    /// bilinear in two levels (clamped at the borders), linear between them.
+    Four at(const std::array<float, 2>& place, float covered) const
     {
-        std::size_t level;
-        float share;  ///< Weight of the next level.
-    };
-    /// For the average over about `footprint` pixels of the full size along each side.
-    Lod lod(double footprint) const;
-
-    /// RGB in [0,1] at a place in the picture, in [0,1], rightward and downward: bilinear in the two levels (clamped at the
-    /// borders), linear between them.
-    std::array<float, 3> at(const std::array<float, 2>& place, Lod lod) const;
+        const float pixels = covered * static_cast<float>(levels_.front().width * levels_.front().height);
+        const float lod = pixels > 1 ? std::min(std::log2(pixels) / 2, static_cast<float>(levels_.size() - 1)) : 0;
+        const auto level = static_cast<std::size_t>(lod);
+        Four color = four_between(levels_[level], place[0], place[1]);
+        if (const float share = lod - static_cast<float>(level); share > 0)
+            color += (four_between(levels_[level + 1], place[0], place[1]) - color) * share;
+        return color * (1.0F / 255);
+    }
 
   private:
-    std::vector<RasterF> levels_;  ///< Four channels.
+    std::vector<Raster8> levels_;  ///< Four channels.
 };
 
 /// Tells which neighboring pixels of a uv map show neighboring points of one surface, and of one chart of the atlas.
@@ -144,20 +161,20 @@ struct TexelSample
     std::array<float, 2> at{};  ///< Place in the picture, in [0,1], rightward and downward.
 };
 
-/// The samples of a view, each texel at most once, in blocks of whole texture rows that can be processed in parallel.
-using SampleBlocks = std::vector<std::vector<TexelSample>>;
+/// Gets the samples of a view block by block: of the next texture rows, each texel at most once.
+using SampleUser = std::function<void(std::size_t block, std::span<const DrawnSample> samples)>;
 
 /// The texture that samples are gathered for.
 struct GatherTarget
 {
     int size_px = 0;            ///< Texels a side.
-    int rows_per_block = 0;     ///< In SampleBlocks.
+    int rows_per_block = 0;     ///< As SampleUser gets them.
     bool between_only = false;  ///< Leave out texels that lie beside pixels rather than between them.
 };
 
-/// Looks up the camera's picture for each texel that a view sees. Each square of four neighboring pixel centers that show one
-/// surface and one chart (or three of them) is drawn into the texture as two triangles (or one), and the position in the picture
-/// is interpolated for every texel center inside them. Textures finer than the map therefore have no holes, the picture's
+/// Finds the place in the camera's picture of each texel that a view sees. Each square of four neighboring pixel centers that
+/// show one surface and one chart (or three of them) is drawn into the texture as two triangles (or one), and the position in the
+/// picture is interpolated for every texel center inside them. Textures finer than the map therefore have no holes, the picture's
 /// resolution counts instead of the map's, and texels that cover many pixels get their mean.
 ///
 /// At the rim of charts and pictures, where a pixel has no such squares around it, the texels of its bilinear footprint get its
@@ -165,7 +182,6 @@ struct GatherTarget
 ///
 /// A texel that is drawn more than once keeps its heaviest sample, the first of equals.
 /// \param weight  H x W, of each pixel of the map; 0: not used, nor are the texels between it and others
-SampleBlocks gather(const UvMap& map, const PixelLinks& links, const RasterF& weight, const PicturePyramid& picture,
-                    const GatherTarget& target);
+void gather(const UvMap& map, const PixelLinks& links, const RasterF& weight, const GatherTarget& target, const SampleUser& use);
 
 }  // namespace fresco::from_frames

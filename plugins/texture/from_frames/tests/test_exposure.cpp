@@ -135,21 +135,19 @@ TEST_CASE("vignetting is leveled, and views that share nothing keep their colors
 
 TEST_CASE("cells that are nearly black or saturated say nothing, and all views choose the same of too many")
 {
-    SampleBlocks samples(2);
-    samples[1].push_back({9, 0.5F, {0.5F, 0.25F, 0.1F}, {0.25F, 0.75F}});
-    samples[0].push_back({3, 1, {0.5F, 0.5F, 0.02F}, {}});
-    samples[0].push_back({4, 1, {0.5F, 0.99F, 0.5F}, {}});
+    const std::vector<TexelSample> samples{
+        {3, 1, {0.5F, 0.5F, 0.02F}, {}}, {4, 1, {0.5F, 0.99F, 0.5F}, {}}, {9, 0.5F, {0.5F, 0.25F, 0.1F}, {0.25F, 0.75F}}};
     const auto colors = cell_colors(samples, 512);
     REQUIRE(colors.size() == 1);
     CHECK(colors[0].cell == 9);
     CHECK(colors[0].log_rgb[1] == Approx(std::log(0.25)));
     CHECK(colors[0].at[1] == 0.75F);
 
-    SampleBlocks many(1);
+    std::vector<TexelSample> many;
     for (std::uint32_t cell = 0; cell < 512 * 64; ++cell)
-        many[0].push_back({cell, 1, {0.5F, 0.5F, 0.5F}, {}});
+        many.push_back({cell, 1, {0.5F, 0.5F, 0.5F}, {}});
     const auto of_many = cell_colors(many, 512);
-    many[0].resize(512 * 32);
+    many.resize(512 * 32);
     const auto of_half = cell_colors(many, 512);
     CHECK(of_many.size() == Approx(4096).margin(64));
     CHECK(of_half.size() == Approx(4096).margin(64));

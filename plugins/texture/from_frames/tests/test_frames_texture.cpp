@@ -32,14 +32,14 @@ RasterF slow_texture(const std::vector<View>& views, const std::vector<Gains>& g
         const View& view = views[v];
         const PixelLinks links(view.map, view.camera);
         const auto weights = view_weights(view.map, links, view.camera, rejected_pixels(view.map, view.measured), rules.size_px);
-        for (const auto& block :
-             gather(view.map, links, weights.weight, PicturePyramid(view.picture), {rules.size_px, rules.size_px, false}))
-            for (const auto& s : block)
-            {
-                const auto gain = gain_at(gains[v], s.at);
-                all[s.texel].push_back(
-                    {s.weight * static_cast<float>(sharpness[v]), {s.rgb[0] * gain[0], s.rgb[1] * gain[1], s.rgb[2] * gain[2]}});
-            }
+        const PicturePyramid picture(view.picture);
+        gather(view.map, links, weights.weight, {rules.size_px, rules.size_px, false},
+               [&](std::size_t, std::span<const DrawnSample> samples)
+               {
+                   for (const DrawnSample& s : samples)
+                       all[s.texel].push_back({s.weight * static_cast<float>(sharpness[v]),
+                                               picture.at(s.at, s.covered) * four_between(gains[v], s.at[0], s.at[1])});
+               });
     }
     RasterF picture(rules.size_px, rules.size_px, 3);
     seen = Raster8(rules.size_px, rules.size_px);
@@ -127,7 +127,7 @@ namespace
 
 KeptSample sample(float weight, float value)
 {
-    return {weight, {value, value, value}};
+    return {weight, Four{value, value, value}};
 }
 
 constexpr float keep_all = 100;
@@ -159,7 +159,7 @@ TEST_CASE("what disagrees with most of the weight does not count")
     CHECK(blended(samples, keep_all).rgb[0] > 0.5F);
     CHECK(blended(samples, keep_all).rejected == 0);
     // One channel is enough to disagree.
-    samples[0] = {1, {0.4F, 0.4F, 0.9F}};
+    samples[0] = {1, Four{0.4F, 0.4F, 0.9F}};
     CHECK(blended(samples).rgb[2] == Approx(0.4).margin(1e-3));
     // Small differences are averaged: 0.44 and 0.36 are as far from the middle on both sides.
     samples = {sample(1, 0.44F), sample(1, 0.36F), {}};
@@ -169,21 +169,17 @@ TEST_CASE("what disagrees with most of the weight does not count")
 
 TEST_CASE("what is saturated stays white and gives way to what is not")
 {
+    const Four bright = Four{} + 1.2F, dark = Four{} + 0.8F;
     BestSamples best(2, 3);
-    std::array<KeptSample, BestSamples::most_places> kept;
-    Gains gain(1, 1, 4);
-    gain.values = {0.8F, 0.95F, 0.7F, 1};
-    const Gains bright(1, 1, 4, 1.2F), dark(1, 1, 4, 0.8F);
-    best.add(exposed(std::vector<TexelSample>{{0, 1, {1, 1, 1}, {}}, {1, 1, {1, 1, 1}, {}}}, 1, &gain));
-    best.add(exposed(std::vector<TexelSample>{{0, 0.5F, {0.85F, 0.5F, 0.4F}, {}}}, 1, &bright));
-    CHECK(best.of(1, kept)[0].rgb() == std::array<float, 3>{1, 1, 1});
-    CHECK(best.of(1, kept)[0].weight() == Approx(0.3).epsilon(0.01));
-    CHECK(best.of(0, kept)[0].rgb()[2] == Approx(0.48).margin(1e-4));
-    CHECK(best.of(0, kept)[1].rgb()[0] == 1);
+    const KeptSample white = exposed(1, Four{1, 1, 1}, Four{0.8F, 0.95F, 0.7F});
+    best.add(std::vector<ExposedSample>{{0, white}, {1, white}, {0, exposed(0.5F, Four{0.85F, 0.5F, 0.4F}, bright)}});
+    CHECK(best.of(1)[0].rgb() == std::array<float, 3>{1, 1, 1});
+    CHECK(best.of(1)[0].weight() == Approx(0.3).epsilon(0.01));
+    CHECK(best.of(0)[0].rgb()[2] == Approx(0.48).margin(1e-4));
+    CHECK(best.of(0)[1].rgb()[0] == 1);
     // Half way: 0.95 is at the middle of the step, so half of the gain and half of white.
-    BestSamples other(1, 2);
-    other.add(exposed(std::vector<TexelSample>{{0, 1, {0.95F, 0.5F, 0}, {}}}, 1, &dark));
-    CHECK(other.of(0, kept)[0].rgb()[0] == Approx(0.95 * 0.9).margin(1e-4));
-    CHECK(other.of(0, kept)[0].rgb()[1] == Approx(0.5 * 0.9).margin(1e-4));
-    CHECK(other.of(0, kept)[0].weight() == Approx(0.65).epsilon(0.01));
+    const KeptSample half = exposed(1, Four{0.95F, 0.5F, 0}, dark);
+    CHECK(half.rgb()[0] == Approx(0.95 * 0.9).margin(1e-4));
+    CHECK(half.rgb()[1] == Approx(0.5 * 0.9).margin(1e-4));
+    CHECK(half.weight() == Approx(0.65).epsilon(0.01));
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 #include <limits>
 #include <map>
@@ -50,6 +51,23 @@ void or_at(std::span<std::uint64_t> target, std::span<const std::uint64_t> sourc
         target[i + words] |= source[i] << bits;
         if (bits > 0 && i + words + 1 < target.size())
             target[i + words + 1] |= source[i] >> (64 - bits);
+    }
+}
+
+/// row |= row moved `by` bits toward bit 0. Behind the row's words are as many zeros as it moves by, and a vector of them.
+void spread_down(Words& row, std::size_t words, int by)
+{
+    typedef std::uint64_t Vector __attribute__((vector_size(16)));
+    const auto move = [](auto& to, const auto& from) { std::memcpy(&to, &from, sizeof(Vector)); };
+    const std::uint64_t* from = row.data() + by / 64;
+    for (std::size_t i = 0; i < words; i += 2, from += 2)
+    {
+        Vector own, low, high;
+        move(own, row[i]);
+        move(low, from[0]);
+        move(high, from[1]);
+        own |= low >> by % 64 | high << 1 << (63 - by % 64);
+        move(row[i], own);
     }
 }
 
@@ -175,32 +193,27 @@ std::optional<Cell> ShapeBin::find(const Bitmap& shape, int first_row, int end_r
         allowed[static_cast<std::size_t>(x) / 64] &= ~(std::uint64_t{1} << (x % 64));
 
     Words blocked(words);
-    Words spread;
+    const std::size_t row_words = occupied_.row(0).size();
+    Words spread(2 * row_words + 4);
     for (int y = std::max(first_row, margin_); y <= last_y; ++y)
     {
         for (std::size_t i = 0; i < words; ++i)
             blocked[i] = ~allowed[i];
-        for (std::size_t r = 0; r < runs.size(); ++r)
+        for (const Run& run : runs)
         {
             // Bit p of `spread`: an occupied cell among p … p + length - 1, by doubling.
-            const auto source = occupied_.row(y + runs[r].row);
-            spread.assign(source.begin(), source.end());
+            std::ranges::copy(occupied_.row(y + run.row), spread.begin());
             int reach = 1;
-            for (; 2 * reach <= runs[r].length; reach *= 2)
-                or_down(spread, spread, reach);
-            if (reach < runs[r].length)
-                or_down(spread, spread, runs[r].length - reach);
-            const auto offset = static_cast<std::size_t>(runs[r].begin) / 64;
-            const int bits = runs[r].begin % 64;
-            bool open = false;
+            for (; 2 * reach <= run.length; reach *= 2)
+                spread_down(spread, row_words, reach);
+            if (reach < run.length)
+                spread_down(spread, row_words, run.length - reach);
+            const std::uint64_t* const from = spread.data() + run.begin / 64;
+            const int bits = run.begin % 64;
+            auto closed = ~std::uint64_t{0};
             for (std::size_t i = 0; i < words; ++i)
-            {
-                const auto low = i + offset < spread.size() ? spread[i + offset] >> bits : 0;
-                const auto high = bits > 0 && i + offset + 1 < spread.size() ? spread[i + offset + 1] << (64 - bits) : 0;
-                blocked[i] |= low | high;
-                open = open || blocked[i] != ~std::uint64_t{0};
-            }
-            if (!open)
+                closed &= blocked[i] |= from[i] >> bits | from[i + 1] << 1 << (63 - bits);
+            if (closed == ~std::uint64_t{0})
                 break;
         }
         for (std::size_t i = 0; i < words; ++i)

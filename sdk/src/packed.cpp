@@ -137,11 +137,12 @@ void check_values(const RasterF& raster, const Raster8& valid, std::string_view 
                   std::string_view source, const Check& check)
 {
     const auto channels = static_cast<std::size_t>(raster.channels);
-    for (std::size_t i = 0; i < raster.values.size(); ++i)
-        if (valid.values[i / channels] != 0 && !check(raster.values[i]))
-            throw Error(fmt::format("{}: {}: pixel ({}, {}) holds {:f}; expected {}", source, what,
-                                    i / channels % static_cast<std::size_t>(raster.width),
-                                    i / channels / static_cast<std::size_t>(raster.width), raster.values[i], expected));
+    const auto width = static_cast<std::size_t>(raster.width);
+    for (std::size_t pixel = 0; pixel < valid.values.size(); ++pixel)
+        for (std::size_t i = pixel * channels; valid.values[pixel] != 0 && i < (pixel + 1) * channels; ++i)
+            if (!check(raster.values[i]))
+                throw Error(fmt::format("{}: {}: pixel ({}, {}) holds {:f}; expected {}", source, what, pixel % width,
+                                        pixel / width, raster.values[i], expected));
 }
 
 void check_map(const UvMap& map, std::string_view source)

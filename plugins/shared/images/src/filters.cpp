@@ -110,11 +110,11 @@ Gradient sobel(const RasterF& plane)
 Raster8 on_gray(const Raster8& rgba, int level)
 {
     Raster8 rgb(rgba.width, rgba.height, 3);
-    for (std::size_t i = 0; i < rgb.values.size(); ++i)
-    {
-        const int alpha = rgba.values[i / 3 * 4 + 3];
-        rgb.values[i] = static_cast<std::uint8_t>((rgba.values[i / 3 * 4 + i % 3] * alpha + level * (255 - alpha) + 127) / 255);
-    }
+    const std::uint8_t* from = rgba.values.data();
+    for (std::uint8_t* to = rgb.values.data(); to != rgb.values.data() + rgb.values.size(); to += 3, from += 4)
+        for (int c = 0; c < 3; ++c)
+            to[c] =
+                from[3] == 255 ? from[c] : static_cast<std::uint8_t>((from[c] * from[3] + level * (255 - from[3]) + 127) / 255);
     return rgb;
 }
 

@@ -106,7 +106,7 @@ struct FacePlane
 constexpr int most_places = 8;  ///< Most lookups of a footprint.
 
 /// From how far apart two neighboring samples look a texture up. (u, v): the texel here.
-Footprint footprint(const FacePlane& plane, double nearness, double u, double v, TextureFilter filter)
+inline Footprint footprint(const FacePlane& plane, double nearness, double u, double v, TextureFilter filter)
 {
     if (filter == TextureFilter::bilinear)
         return {};
@@ -148,12 +148,15 @@ void place(FacePlane& plane, const Mesh& mesh, std::uint32_t face, const IntoCam
         return;
     plane.nearness = plane.u = plane.v = {};
     Vec2d middle;
+    const double per_determinant = 1 / determinant;
+    const double per_x = 1 / k.fx;
+    const double per_y = 1 / k.fy;
     for (std::size_t corner = 0; corner < 3; ++corner)
     {
-        const Vec3d row = cross(p[(corner + 1) % 3], p[(corner + 2) % 3]) * (1 / determinant);
+        const Vec3d row = cross(p[(corner + 1) % 3], p[(corner + 2) % 3]) * per_determinant;
         Linear& weight = plane.weights[corner];
-        weight.right = row.x / k.fx;
-        weight.down = row.y / k.fy;
+        weight.right = row.x * per_x;
+        weight.down = row.y * per_y;
         weight.first = row.z + weight.right * (0.5 - k.cx) + weight.down * (0.5 - k.cy);
         const Vec2f uv = mesh.texcoords[3 * std::size_t{face} + corner];
         const Vec2d texel{double{uv.x} * texels.x, double{uv.y} * texels.y};
@@ -186,19 +189,21 @@ class PlaneCache
 
     const FacePlane& plane(std::uint32_t face)
     {
-        FacePlane& kept = planes_[face % planes_.size()];
+        FacePlane& kept = planes_[face % size];
         if (kept.face != face)
             place(kept, mesh_, face, into_camera_, intrinsics_, texels_, filter_);
         return kept;
     }
 
   private:
+    static constexpr std::size_t size = 1024;
+
     const Mesh& mesh_;
     IntoCamera into_camera_;
     Intrinsics intrinsics_;
     Vec2d texels_;
     TextureFilter filter_;
-    std::vector<FacePlane> planes_{std::vector<FacePlane>(1024)};
+    std::vector<FacePlane> planes_{std::vector<FacePlane>(size)};
 };
 
 std::uint8_t rounded(float v)
@@ -322,7 +327,10 @@ class RowPainter
         if (u < plane.u_low || u > plane.u_high || v < plane.v_low || v > plane.v_high)
             weights_inside(plane, x, y, u, v);
         const std::size_t before = lookups_.count();
-        const Footprint print = plane.is_small ? plane.footprint : footprint(plane, nearness, u, v, options_.filter);
+        Footprint own;
+        if (!plane.is_small)
+            own = footprint(plane, nearness, u, v, options_.filter);
+        const Footprint& print = plane.is_small ? plane.footprint : own;
         // A lookup at the distance of pixels blurs more than the mean of samples.
         const double squared = side > 1 ? 0.6 * side * side * print.squared : print.squared;
         const double lod = squared > 1 ? 0.5 * double{std::log2(static_cast<float>(squared))} : 0;
@@ -438,7 +446,8 @@ Raster8 ViewRenderer::render(const Camera& camera, const Progress& progress) con
         if (FaceMap& faces = work->faces.front(); faces.width != part.intrinsics.width || faces.height != part.intrinsics.height)
             faces = FaceMap(part.intrinsics.width, part.intrinsics.height);
         work->finder.find(std::span(&part, 1), progress, work->faces);
-        constexpr std::size_t rows_per_block = 16;
+        // One thread goes down the whole picture, whose next rows see the same faces.
+        const std::size_t rows_per_block = progress.threads() > 1 ? 16 : static_cast<std::size_t>(rows);
         parallel_for(static_cast<std::size_t>(rows), rows_per_block, progress,
                      [&](std::size_t begin, std::size_t end)
                      {

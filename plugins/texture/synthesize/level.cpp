@@ -68,8 +68,8 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
     : task_(task), options_(options), under_(under), grid_(task.surface, spacing_m, progress, unshown.faces),
       share_(under != nullptr ? share_over(unshown, progress) : std::vector<float>()),
       patches_(task.surface, grid_, task.upright, options.side, options.stride, progress, task.lines, share_),
-      window_(options.side), picture_(task.picture, scale, options.side, progress,
-                                      task.lines.empty() ? 0 : options.search.stroke_px, task.opaque, options.most_keys),
+      window_(options.side),
+      picture_(task.picture, scale, options.side, progress, task.lines.empty() ? 0 : options.search.stroke_px, task.opaque),
       start_(grid_.texels().size()), uses_(patches_, grid_, picture_, options.search.stroke_px, progress),
       crowding_(picture_.key_count(), 1.0F)
 {

@@ -116,7 +116,6 @@ struct LevelOptions
     double faithfulness = 0.5;  ///< g: share of the start in the wanted colors; the rest is the painting so far.
     double unrest = 0;          ///< L*a*b*: noise added to the coarsest level's start, so that plain surfaces get strokes too.
     double least_missing = 0;   ///< L*a*b*: a level over another counts where this much is missing(), fully from twice that on.
-    std::size_t most_keys = StylePicture::usual_keys;
     SearchOptions search = {};
 };
 

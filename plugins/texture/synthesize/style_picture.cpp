@@ -71,7 +71,7 @@ void fade_means(std::vector<float>& patches, std::size_t values_per_patch)
 }  // namespace
 
 StylePicture::StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px,
-                           const Raster8& opaque, std::size_t most_keys)
+                           const Raster8& opaque)
     : scale_(scale), side_(side), border_(stroke_px > 0 ? static_cast<int>(std::ceil(side / 2 * std::numbers::sqrt2)) : side / 2)
 {
     const int width = std::max(1, static_cast<int>(std::lround(rgb.width * scale)));

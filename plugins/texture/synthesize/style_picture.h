@@ -132,16 +132,16 @@ inline float squared_gap(Vec3f gap)
 class StylePicture
 {
   public:
-    static constexpr std::size_t usual_keys = 12000;
+    static constexpr std::size_t most_keys = 8000;
     static constexpr std::size_t most_features = 24;
 
     /// `scale`: this picture's pixels along a pixel of `rgb`. `side`: of a patch, odd. Keys are patches on a regular grid, every
-    /// second pixel or as many as `most_keys` allows. `stroke_px`: width of strokes in this picture; turns every key so that
+    /// second pixel or as many as most_keys allows. `stroke_px`: width of strokes in this picture; turns every key so that
     /// strokes run along its x axis; 0: keys are not turned. `opaque`: of the size of `rgb`; pixels of less than 255 are in no
     /// patch; empty: all are opaque. Throws Error for a picture smaller than a patch, without an opaque one, or without
     /// contrast.
     StylePicture(const Raster8& rgb, double scale, int side, const Progress& progress, double stroke_px = 0,
-                 const Raster8& opaque = {}, std::size_t most_keys = usual_keys);
+                 const Raster8& opaque = {});
 
     double scale() const { return scale_; }
     int side() const { return side_; }

@@ -183,7 +183,6 @@ constexpr double stroke_texels = 8;         // In the finest level of the broad 
 constexpr double detail_stroke_texels = 6;  // … and of finer ones.
 constexpr double finest_texel = 0.6;        // Levels with texels smaller than this share of the texture's are left out.
 constexpr int short_stride = 3;             // Between the smaller patches of strokes of fewer texels.
-constexpr std::size_t detail_keys = 6000;
 constexpr int preview_px = 512;
 constexpr double slow_preview = 4;  // Previews of more than 1 / 4 s come less often, so that they take a twentieth of the time.
 constexpr int least_patch_px = 5;
@@ -288,7 +287,6 @@ class Synthesis
         const int sixths = texels == detail_stroke_texels ? 5 : 4;
         LevelOptions options{.side = std::max(least_patch_px, options_.patch_px * sixths / 6 / 2 * 2 + 1),
                              .least_missing = least_missing / options_.detail * std::pow(missing_ratio, halvings - 1),
-                             .most_keys = detail_keys,
                              .search = {.stroke_px = texels, .seed = options_.seed}};
         if (texels < detail_stroke_texels)
             options.stride = short_stride;

@@ -42,7 +42,7 @@ TEST_CASE_METHOD(testing::StageTest,
         const int height = level.lab().height;
         CHECK(width == static_cast<int>(std::lround(c.width * c.scale)));
         CHECK(height == static_cast<int>(std::lround(c.height * c.scale)));
-        CHECK(level.key_count() <= StylePicture::usual_keys);
+        CHECK(level.key_count() <= StylePicture::most_keys);
         CHECK(level.key_features().size() == level.key_count() * level.feature_count());
         const auto half = static_cast<float>(c.side / 2);
         std::size_t outside = 0;

@@ -244,7 +244,7 @@ constexpr std::size_t views_at_once = 8;
 /// Cells a side of the texture that exposures are compared on.
 constexpr int exposure_cells = 512;
 /// Rows of the maps that suffice for it.
-constexpr int survey_height = 240;
+constexpr int survey_height = 180;
 /// As frames.sharpest measures it by default.
 constexpr int sharpness_width = 320;
 constexpr int sharpness_height = 240;

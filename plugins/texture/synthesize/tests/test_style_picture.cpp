@@ -25,7 +25,7 @@ TEST_CASE_METHOD(testing::StageTest, "a picture without contrast, or smaller tha
 }
 
 TEST_CASE_METHOD(testing::StageTest,
-                 "keys are a regular grid of whole patches, at most twelve thousand, and the nearest to a position is found")
+                 "keys are a regular grid of whole patches, at most eight thousand, and the nearest to a position is found")
 {
     Random random(8);
     struct Case
@@ -58,7 +58,7 @@ TEST_CASE_METHOD(testing::StageTest,
         }
         CHECK(outside == 0);
         // As many as fit: every second pixel, or so many that one more column would be too much.
-        if (level.key_count() < 9000)
+        if (level.key_count() < 6000)
             CHECK(largest_step == 2);
         // From one key to the next there is no pixel that neither reaches.
         CHECK(2 * level.key_reach() + 1 >= static_cast<int>(largest_step));

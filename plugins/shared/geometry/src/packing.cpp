@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace fresco::geometry
 {
@@ -54,28 +55,25 @@ void or_at(std::span<std::uint64_t> target, std::span<const std::uint64_t> sourc
     }
 }
 
-/// row |= row moved `by` bits toward bit 0. Behind the row's words are as many zeros as it moves by, and a vector of them.
-void spread_down(Words& row, std::size_t words, int by)
+typedef std::uint64_t Vector __attribute__((vector_size(16)));
+
+/// Two words from bit `at` of a row on; looks at a third one.
+Vector words_at(const std::uint64_t* row, int at)
 {
-    typedef std::uint64_t Vector __attribute__((vector_size(16)));
-    const auto move = [](auto& to, const auto& from) { std::memcpy(&to, &from, sizeof(Vector)); };
-    const std::uint64_t* from = row.data() + by / 64;
-    for (std::size_t i = 0; i < words; i += 2, from += 2)
-    {
-        Vector own, low, high;
-        move(own, row[i]);
-        move(low, from[0]);
-        move(high, from[1]);
-        own |= low >> by % 64 | high << 1 << (63 - by % 64);
-        move(row[i], own);
-    }
+    Vector low, high;
+    std::memcpy(&low, row + at / 64, sizeof low);
+    std::memcpy(&high, row + at / 64 + 1, sizeof high);
+    return low >> at % 64 | high << 1 << (63 - at % 64);
 }
 
 struct Run
 {
     int row;
     int begin;
-    int length;
+    int end;
+
+    /// Of the largest power of two that is not longer.
+    std::size_t level() const { return static_cast<std::size_t>(std::bit_width(static_cast<unsigned>(end - begin)) - 1); }
 };
 
 std::vector<Run> runs_of(const Bitmap& shape)
@@ -95,7 +93,7 @@ std::vector<Run> runs_of(const Bitmap& shape)
             int end = x;
             while (end < shape.width() && shape.get(end, y))
                 ++end;
-            runs.push_back({y, x, end - x});
+            runs.push_back({y, x, end});
             x = end;
         }
     // Widely spaced rows first: where the bin is full, a few of them already rule out every place.
@@ -177,7 +175,38 @@ Bitmap Bitmap::turned(int quarters) const
     return out;
 }
 
-ShapeBin::ShapeBin(int size, int gap, int margin) : gap_(gap), margin_(margin), occupied_(size, size) {}
+ShapeBin::ShapeBin(int size, int gap, int margin)
+    : size_(size), gap_(gap), margin_(margin),
+      levels_(static_cast<std::size_t>(std::bit_width(static_cast<unsigned>(size))), Bitmap((size + 63) / 64 * 64 + 192, size)),
+      full_(static_cast<std::size_t>(size))
+{
+    for (int y = 0; y < size; ++y)
+    {
+        levels_[0].set(y, size, levels_[0].width());
+        widen(y);
+    }
+}
+
+void ShapeBin::widen(int y)
+{
+    // What is beyond the row is occupied.
+    const auto first = std::as_const(levels_[0]).row(y);
+    Words wide(2 * first.size(), ~std::uint64_t{0});
+    std::ranges::copy(first, wide.begin());
+    std::size_t level = 0;
+    while (std::ranges::any_of(wide, [](auto word) { return word != ~std::uint64_t{0}; }) && ++level < levels_.size())
+    {
+        for (std::size_t i = 0; i + 3 < first.size(); i += 2)
+        {
+            Vector own;
+            std::memcpy(&own, &wide[i], sizeof own);
+            own |= words_at(&wide[i], 1 << (level - 1));
+            std::memcpy(&wide[i], &own, sizeof own);
+        }
+        std::copy_n(wide.begin(), first.size(), levels_[level].row(y).begin());
+    }
+    full_[static_cast<std::size_t>(y)] = level;
+}
 
 std::optional<Cell> ShapeBin::find(const Bitmap& shape, int first_row, int end_row) const
 {
@@ -186,39 +215,30 @@ std::optional<Cell> ShapeBin::find(const Bitmap& shape, int first_row, int end_r
     if (last_x < margin_)
         return std::nullopt;
     const auto runs = runs_of(shape);
-    const auto words = static_cast<std::size_t>(last_x) / 64 + 1;
-    Words allowed(words, ~std::uint64_t{0});
-    allowed.back() = last_x % 64 == 63 ? ~std::uint64_t{0} : (std::uint64_t{1} << (last_x % 64 + 1)) - 1;
-    for (int x = 0; x < margin_; ++x)
-        allowed[static_cast<std::size_t>(x) / 64] &= ~(std::uint64_t{1} << (x % 64));
+    std::vector<Vector> closed(static_cast<std::size_t>(last_x) / 128 + 1, ~Vector{});
+    for (int x = margin_; x <= last_x; ++x)
+        closed[static_cast<std::size_t>(x) / 128][x / 64 % 2] &= ~(std::uint64_t{1} << (x % 64));
 
-    Words blocked(words);
-    const std::size_t row_words = occupied_.row(0).size();
-    Words spread(2 * row_words + 4);
+    auto blocked = closed;
     for (int y = std::max(first_row, margin_); y <= last_y; ++y)
     {
-        for (std::size_t i = 0; i < words; ++i)
-            blocked[i] = ~allowed[i];
+        const auto is_full = [&](const Run& run) { return run.level() >= full_[static_cast<std::size_t>(y + run.row)]; };
+        if (std::ranges::any_of(runs, is_full))
+            continue;
+        blocked = closed;
         for (const Run& run : runs)
         {
-            // Bit p of `spread`: an occupied cell among p … p + length - 1, by doubling.
-            std::ranges::copy(occupied_.row(y + run.row), spread.begin());
-            int reach = 1;
-            for (; 2 * reach <= run.length; reach *= 2)
-                spread_down(spread, row_words, reach);
-            if (reach < run.length)
-                spread_down(spread, row_words, run.length - reach);
-            const std::uint64_t* const from = spread.data() + run.begin / 64;
-            const int bits = run.begin % 64;
-            auto closed = ~std::uint64_t{0};
-            for (std::size_t i = 0; i < words; ++i)
-                closed &= blocked[i] |= from[i] >> bits | from[i + 1] << 1 << (63 - bits);
-            if (closed == ~std::uint64_t{0})
+            const auto level = run.level();
+            const auto* const from = levels_[level].row(y + run.row).data();
+            auto everywhere = ~Vector{};
+            for (std::size_t i = 0; i < blocked.size(); ++i)
+                everywhere &= blocked[i] |= words_at(from + 2 * i, run.begin) | words_at(from + 2 * i, run.end - (1 << level));
+            if ((everywhere[0] & everywhere[1]) == ~std::uint64_t{0})
                 break;
         }
-        for (std::size_t i = 0; i < words; ++i)
-            if (blocked[i] != ~std::uint64_t{0})
-                return Cell{static_cast<int>(i) * 64 + std::countr_one(blocked[i]), y};
+        for (std::size_t i = 0; i < 2 * blocked.size(); ++i)
+            if (const auto word = blocked[i / 2][i % 2]; word != ~std::uint64_t{0})
+                return Cell{static_cast<int>(i) * 64 + std::countr_one(word), y};
     }
     return std::nullopt;
 }
@@ -233,13 +253,11 @@ void ShapeBin::put(const Bitmap& shape, Cell place)
             or_at(wide, shape.row(y), k);
         const int from = std::max(0, place.y + y - gap_);
         const int to = std::min(size() - 1, place.y + y + gap_);
-        for (int row = from; row <= to; ++row)
-            or_at(occupied_.row(row), wide, place.x - gap_);
+        for (int at = from; at <= to; ++at)
+            or_at(levels_[0].row(at), wide, place.x - gap_);
     }
-    // Bits beyond the right side, which a grown shape may have set.
-    if (size() % 64 != 0)
-        for (int row = 0; row < size(); ++row)
-            occupied_.row(row).back() &= (std::uint64_t{1} << (size() % 64)) - 1;
+    for (int y = std::max(0, place.y - gap_); y < std::min(size(), place.y + shape.height() + gap_); ++y)
+        widen(y);
 }
 
 namespace

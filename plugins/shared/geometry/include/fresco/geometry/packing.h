@@ -62,12 +62,19 @@ class ShapeBin
     std::optional<Cell> find(const Bitmap& shape, int first_row, int end_row) const;
     /// Takes the cells of the shape at that place.
     void put(const Bitmap& shape, Cell place);
-    int size() const { return occupied_.width(); }
+    int size() const { return size_; }
 
   private:
+    /// Makes a row's further levels from its first.
+    void widen(int y);
+
+    int size_;
     int gap_;
     int margin_;
-    Bitmap occupied_;  ///< Grown by the gap, so that a shape fits where it meets no bit.
+    /// By level, row by row: the bits that tell of an occupied cell, or of the end of the row, among the 2^level from theirs on.
+    /// Occupied cells are grown by the gap, so that a shape fits where it meets none.
+    std::vector<Bitmap> levels_;
+    std::vector<std::size_t> full_;  ///< By row: the lowest level that has only ones; what is longer is not kept up to date.
 };
 
 struct PackOptions

@@ -53,13 +53,15 @@ std::vector<std::uint32_t> seed_order(const Surface& surface, const std::vector<
 {
     std::vector<double> area_of_cell(6 * 64, 0.0);
     std::vector<std::uint32_t> order;
+    std::vector<std::size_t> cells(normals.size());
     for (std::uint32_t f = 0; f < normals.size(); ++f)
         if (partition.chart_of_face[f] == none)
         {
-            area_of_cell[direction_cell(normals[f])] += surface.areas[f];
+            cells[f] = direction_cell(normals[f]);
+            area_of_cell[cells[f]] += surface.areas[f];
             order.push_back(f);
         }
-    std::ranges::stable_sort(order, std::greater<>(), [&](auto f) { return area_of_cell[direction_cell(normals[f])]; });
+    std::ranges::stable_sort(order, std::greater<>(), [&](auto f) { return area_of_cell[cells[f]]; });
     return order;
 }
 

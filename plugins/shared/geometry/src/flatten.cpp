@@ -159,19 +159,28 @@ std::uint32_t best_seed(const Surface& surface, const std::vector<std::uint32_t>
 std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners& corners, const std::vector<std::uint32_t>& faces,
                                           Vec3d axis, double tolerance)
 {
+    // A table is faster than searching where it is not much longer than the list.
+    constexpr std::size_t sparsest = 32;
+    const std::uint32_t first = faces.front();
+    std::vector<std::uint32_t> table(faces.back() - first < sparsest * faces.size() ? faces.back() - first + 1 : 0, none);
+    for (std::uint32_t i = 0; i < faces.size() && !table.empty(); ++i)
+        table[faces[i] - first] = i;
+    const auto place = [&](std::uint32_t face) {
+        return table.empty() ? place_of(faces, face) : face - first < table.size() ? table[face - first] : none;
+    };
     std::vector<std::array<std::uint32_t, 3>> around(faces.size(), {none, none, none});
     for (std::size_t i = 0; i < faces.size(); ++i)
         for (std::size_t k = 0; k < 3; ++k)
             if (const auto g = surface.neighbors[faces[i]][k]; g != none)
-                around[i][k] = place_of(faces, g);
+                around[i][k] = place(g);
 
     const auto overlaps = find_overlaps(corners, faces, tolerance);
     std::vector<bool> clean(faces.size(), true);
     std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> conflicts;
     for (const auto& [a, b] : overlaps)
     {
-        const auto i = place_of(faces, a);
-        const auto j = place_of(faces, b);
+        const auto i = place(a);
+        const auto j = place(b);
         conflicts[i].push_back(j);
         conflicts[j].push_back(i);
         clean[i] = clean[j] = false;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <tuple>
 #include <vector>
 
 /// \file What touches what in an indexed triangle mesh.
@@ -59,7 +60,8 @@ void for_each_edge(std::span<const Triangle> triangles, std::size_t vertex_count
     for (std::uint32_t low = 0; low < vertex_count; ++low)
     {
         const auto bucket = std::span(uses).subspan(begin[low], begin[low + 1] - begin[low]);
-        std::stable_sort(bucket.begin(), bucket.end(), [](const EdgeUse& a, const EdgeUse& b) { return a.high < b.high; });
+        // In a total order, since a stable sort would allocate for each vertex.
+        std::ranges::sort(bucket, {}, [](const EdgeUse& use) { return std::tuple(use.high, use.face, use.corner); });
         for (std::size_t i = 0, j = 0; i < bucket.size(); i = j)
         {
             while (j < bucket.size() && bucket[j].high == bucket[i].high)

@@ -127,8 +127,7 @@ std::uint32_t rounded(double number)
 /// A value of [0,1] in steps; 1e-5 beyond is taken for 0 or 1.
 std::uint32_t share_step(float value, int last)
 {
-    const float within = value < 0 ? 0 : value > 1 ? 1 : value;
-    return rounded(static_cast<double>(within) * last);
+    return rounded(static_cast<double>(std::min(std::max(value, 0.0F), 1.0F)) * last);
 }
 
 /// Calls check(value) for every valid pixel's values, and throws Error naming the first pixel for which it is false.
@@ -330,9 +329,13 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
     const auto width = static_cast<std::size_t>(map.valid.width);
     const auto put = [&](int bits, const float* values, std::size_t channels, const auto& step_of)
     {
-        // An invalid pixel counts as 0, whatever it holds.
+        // An invalid pixel counts as 0, whatever it holds: without a branch that borders of the surface would mislead.
         put_planes(content, width, pixels, bits,
-                   [&](std::size_t i) { return step_of(map.valid.values[i] != 0 ? values[i * channels] : 0.0F); });
+                   [&](std::size_t i)
+                   {
+                       const auto mask = map.valid.values[i] != 0 ? ~0U : 0U;
+                       return step_of(std::bit_cast<float>(std::bit_cast<std::uint32_t>(values[i * channels]) & mask));
+                   });
     };
     const auto share = [](int last) { return [last](float value) { return share_step(value, last); }; };
     for (const std::size_t channel : {0, 1})

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace fresco;
@@ -32,14 +33,21 @@ RasterF drawn_depth(const Mesh& mesh, rendering::RasterFinder finder, const Came
     const IntoCamera into_camera(camera.world_from_camera);
     const Camera own{camera.intrinsics, {}};
     RasterF depth(faces.width, faces.height);
+    std::uint32_t last = no_face;
+    Vec3d normal;
+    double offset = 0;
     for (int y = 0; y < depth.height; ++y)
         for (int x = 0; x < depth.width; ++x)
             if (const std::uint32_t face = faces.at(x, y); face != no_face)
             {
                 const auto corner = [&](std::size_t i) { return into_camera.point(mesh.positions[mesh.triangles[face][i]]); };
-                const Vec3d normal = cross(corner(1) - corner(0), corner(2) - corner(0));
+                if (face != std::exchange(last, face))
+                {
+                    normal = cross(corner(1) - corner(0), corner(2) - corner(0));
+                    offset = dot(normal, corner(0));
+                }
                 const double toward = dot(normal, own.ray(x + 0.5, y + 0.5));
-                const double at = dot(normal, corner(0)) / toward;
+                const double at = offset / toward;
                 if (sight(toward < 0, at) == Sight::surface)
                     depth.at(x, y) = static_cast<float>(at);
             }

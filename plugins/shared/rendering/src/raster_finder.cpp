@@ -407,13 +407,14 @@ void TileBins::add(std::uint32_t face, const Projected& a, const Projected& b, c
     {
         const Piece piece{
             {grid.x(a), grid.x(b), grid.x(c)}, {grid.y(a), grid.y(b), grid.y(c)}, {a.nearness, b.nearness, c.nearness}, face};
-        const auto [x_min, x_max] = std::minmax({piece.x[0], piece.x[1], piece.x[2]});
-        const auto [y_min, y_max] = std::minmax({piece.y[0], piece.y[1], piece.y[2]});
+        // Of two at a time, which takes no branches: corners come in any order.
+        const auto least = [](const auto& of) { return std::min(std::min(of[0], of[1]), of[2]); };
+        const auto most = [](const auto& of) { return std::max(std::max(of[0], of[1]), of[2]); };
         const int round_up = (1 << grid.bits) - 1;
-        const int first_x = std::max((x_min + round_up) >> grid.bits, 0);
-        const int first_y = std::max((y_min + round_up) >> grid.bits, 0);
-        const int last_x = std::min(x_max >> grid.bits, grid.width - 1);
-        const int last_y = std::min(y_max >> grid.bits, grid.height - 1);
+        const int first_x = std::max((least(piece.x) + round_up) >> grid.bits, 0);
+        const int first_y = std::max((least(piece.y) + round_up) >> grid.bits, 0);
+        const int last_x = std::min(most(piece.x) >> grid.bits, grid.width - 1);
+        const int last_y = std::min(most(piece.y) >> grid.bits, grid.height - 1);
         if (first_x > last_x || first_y > last_y)
             continue;
         const auto number = static_cast<std::uint32_t>(pieces_.size());

@@ -48,14 +48,6 @@ double Quadratic::operator()(Vec3d x) const
     return curved - 2 * dot(k, x) + c;
 }
 
-void Quadratic::add(const Quadratic& other, double weight)
-{
-    for (std::size_t i = 0; i < h.size(); ++i)
-        h[i] += weight * other.h[i];
-    k += other.k * weight;
-    c += weight * other.c;
-}
-
 Quadratic plane_error(Vec3d a, Vec3d b, Vec3d c)
 {
     const Vec3d across = cross(b - a, c - a);

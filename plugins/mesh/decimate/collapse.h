@@ -24,7 +24,13 @@ struct Quadratic
     double c = 0;
 
     double operator()(fresco::Vec3d x) const;
-    void add(const Quadratic& other, double weight = 1);
+    void add(const Quadratic& other, double weight = 1)
+    {
+        for (std::size_t i = 0; i < h.size(); ++i)
+            h[i] += weight * other.h[i];
+        k += other.k * weight;
+        c += weight * other.c;
+    }
     double trace() const { return h[0] + h[3] + h[5]; }
 };
 

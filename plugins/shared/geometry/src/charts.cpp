@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <queue>
+#include <utility>
 
 namespace fresco::geometry
 {
@@ -168,6 +169,7 @@ void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, d
         queue.push({0, best, c});
     }
     std::vector<std::uint32_t> owner(normals.size(), none);
+    std::vector<std::uint32_t> offered(normals.size(), none);  // The chart that last waits for a face; once is enough.
     std::vector<Vec3d> sums(lists.size());
     for (std::size_t visited = 0; !queue.empty(); ++visited)
     {
@@ -180,7 +182,7 @@ void settle_borders(const Surface& surface, const std::vector<Vec3d>& normals, d
         owner[next.face] = next.chart;
         sums[next.chart] += normals[next.face] * surface.areas[next.face];
         for (const auto g : surface.neighbors[next.face])
-            if (g != none && owner[g] == none)
+            if (g != none && owner[g] == none && std::exchange(offered[g], next.chart) != next.chart)
             {
                 const bool flat = dot(normals[g], normals[g]) == 0;
                 queue.push({flat ? 0 : 1 - dot(normals[g], partition.axes[next.chart]), g, next.chart});

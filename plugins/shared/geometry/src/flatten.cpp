@@ -26,10 +26,9 @@ double depth_along_edges(std::span<const Vec2d, 3> of, std::span<const Vec2d, 3>
     for (std::size_t k = 0; k < 3; ++k)
     {
         const auto edge = of[(k + 1) % 3] - of[k];
-        const double norm = length(edge);
-        if (!(norm > 0))
+        if (edge == Vec2d{})
             continue;
-        const Vec2d axis{-edge.y / norm, edge.x / norm};
+        const Vec2d axis{-edge.y, edge.x};
         const auto shadow = [&](std::span<const Vec2d, 3> t)
         {
             const double s[3] = {dot(axis, t[0]), dot(axis, t[1]), dot(axis, t[2])};
@@ -37,9 +36,11 @@ double depth_along_edges(std::span<const Vec2d, 3> of, std::span<const Vec2d, 3>
         };
         const auto [a_low, a_high] = shadow(a);
         const auto [b_low, b_high] = shadow(b);
-        depth = std::min({depth, a_high - b_low, b_high - a_low});
-        if (depth <= 0)
+        // Most are apart: before a root is needed.
+        const double along = std::min(a_high - b_low, b_high - a_low);
+        if (along <= 0)
             return 0;
+        depth = std::min(depth, along / length(edge));
     }
     return depth;
 }
@@ -203,6 +204,7 @@ std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners&
         blocked
     };
     std::vector<State> state(faces.size(), State::open);
+    std::vector<bool> waiting(faces.size(), false);
     std::priority_queue<Candidate> queue;
     queue.push({false, 0, best_seed(surface, faces, around, clean)});
     while (!queue.empty())
@@ -216,8 +218,11 @@ std::vector<std::uint32_t> injective_part(const Surface& surface, const Corners&
             for (const auto j : conflicts[i])
                 state[j] = State::blocked;
         for (const auto j : around[i])
-            if (j != none && state[j] == State::open)
+            if (j != none && state[j] == State::open && !waiting[j])
+            {
+                waiting[j] = true;
                 queue.push({!clean[j], -dot(surface.normals[faces[j]], axis), j});
+            }
     }
     std::vector<std::uint32_t> kept;
     for (std::size_t i = 0; i < faces.size(); ++i)

@@ -378,7 +378,7 @@ struct Gathered
     std::size_t rejected_pixels = 0;
 };
 
-/// Those of a view's samples that may be among the best ones of their texels.
+/// The samples of a view that may be among the best ones of their texels, in the view's exposure.
 FRESCO_WIDE_VECTORS std::vector<ExposedSample> all_exposed(std::span<const DrawnSample> samples, const PicturePyramid& picture,
                                                            float weight_factor, const Gains& gains, const BestSamples& best)
 {

@@ -139,7 +139,7 @@ class BestSamples
 
     struct Texel
     {
-        std::uint32_t array = 0;     ///< Of half_ if it has at most half of the samples.
+        std::uint32_t array = 0;     ///< One of half_'s if it has at most half of the samples.
         std::uint16_t count = 0;     ///< Samples.
         std::uint16_t lightest = 0;  ///< The last sample's order if there is no room for more.
     };

@@ -263,7 +263,7 @@ ViewWeights view_weights(const UvMap& map, const PixelLinks& links, const Camera
 
     const auto margin = static_cast<float>(edge_margin_px * height / camera.intrinsics.height);
     const auto border = static_cast<float>(border_share * height);
-    // Of a surface one meter away.
+    // This is for a surface one meter away, seen at a right angle.
     const auto pixels_per_texel =
         static_cast<float>(camera.intrinsics.fx * camera.intrinsics.fy / std::pow(links.texture_per_m() * size_px, 2));
     for (int y = 0; y < height; ++y)
@@ -323,7 +323,7 @@ float largest(const Floats& values)
     return most;
 }
 
-/// Of numbers from 0 on.
+/// Rounds numbers of 0 or more up to whole ones.
 void round_up(Floats& values)
 {
     const Floats whole = __builtin_convertvector(__builtin_convertvector(values, Ints), Floats);

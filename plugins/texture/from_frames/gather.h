@@ -54,7 +54,7 @@ Four four_between(const Raster<T>& raster, float u, float v)
     return upper + (lower - upper) * down;
 }
 
-/// Where one view shows a texel.
+/// The place where one view shows a texel.
 struct DrawnSample
 {
     std::uint32_t texel = 0;  ///< As TexelSample has it.

@@ -36,7 +36,7 @@ double depth_along_edges(std::span<const Vec2d, 3> of, std::span<const Vec2d, 3>
         };
         const auto [a_low, a_high] = shadow(a);
         const auto [b_low, b_high] = shadow(b);
-        // Most are apart: before a root is needed.
+        // Most triangles are apart, which shows before a root is needed.
         const double along = std::min(a_high - b_low, b_high - a_low);
         if (along <= 0)
             return 0;

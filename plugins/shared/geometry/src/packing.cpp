@@ -57,7 +57,7 @@ void or_at(std::span<std::uint64_t> target, std::span<const std::uint64_t> sourc
 
 typedef std::uint64_t Vector __attribute__((vector_size(16)));
 
-/// Two words from bit `at` of a row on; looks at a third one.
+/// Returns two words from bit `at` of a row on; reads a third one.
 Vector words_at(const std::uint64_t* row, int at)
 {
     Vector low, high;
@@ -72,7 +72,7 @@ struct Run
     int begin;
     int end;
 
-    /// Of the largest power of two that is not longer.
+    /// The largest power of two that is not longer is 2^level().
     std::size_t level() const { return static_cast<std::size_t>(std::bit_width(static_cast<unsigned>(end - begin)) - 1); }
 };
 
@@ -189,7 +189,7 @@ ShapeBin::ShapeBin(int size, int gap, int margin)
 
 void ShapeBin::widen(int y)
 {
-    // What is beyond the row is occupied.
+    // The cells beyond the row count as occupied.
     const auto first = std::as_const(levels_[0]).row(y);
     Words wide(2 * first.size(), ~std::uint64_t{0});
     std::ranges::copy(first, wide.begin());

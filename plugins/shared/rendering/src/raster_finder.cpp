@@ -407,7 +407,7 @@ void TileBins::add(std::uint32_t face, const Projected& a, const Projected& b, c
     {
         const Piece piece{
             {grid.x(a), grid.x(b), grid.x(c)}, {grid.y(a), grid.y(b), grid.y(c)}, {a.nearness, b.nearness, c.nearness}, face};
-        // Of two at a time, which takes no branches: corners come in any order.
+        // Comparing two at a time takes no branches, which corners in any order would mislead.
         const auto least = [](const auto& of) { return std::min(std::min(of[0], of[1]), of[2]); };
         const auto most = [](const auto& of) { return std::max(std::max(of[0], of[1]), of[2]); };
         const int round_up = (1 << grid.bits) - 1;

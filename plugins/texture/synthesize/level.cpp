@@ -73,6 +73,7 @@ Level::Level(const Task& task, double spacing_m, double scale, const LevelOption
       start_(grid_.texels().size()), uses_(patches_, grid_, picture_, options.search.stroke_px, progress),
       crowding_(picture_.key_count(), 1.0F)
 {
+    grid_.forget_faces();  // Its patches have walked over them.
     const auto painted = [](const Level& level, Vec2f at) { return level.picture().color(at); };
     const std::vector<std::uint8_t> sampled =
         under_ != nullptr ? patches_.sampled(grid_, progress) : std::vector<std::uint8_t>(start_.size(), 1);

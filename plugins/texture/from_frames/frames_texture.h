@@ -141,7 +141,7 @@ class BestSamples
     {
         std::uint32_t array = 0;     ///< One of half_'s if it has at most half of the samples.
         std::uint16_t count = 0;     ///< Samples.
-        std::uint16_t lightest = 0;  ///< The last sample's order if there is no room for more.
+        std::uint16_t lightest = 0;  ///< Order of the last sample once every place is taken, else 0.
     };
 
     std::size_t first_;

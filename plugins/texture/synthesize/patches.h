@@ -63,7 +63,7 @@ class SurfaceGrid
         return std::span(of_face_).subspan(first_of_face_[face], first_of_face_[face + 1] - first_of_face_[face]);
     }
     /// Frees what only texels_of() needs, four bytes a texel.
-    void forget_faces() { of_face_ = {}; }
+    void forget_faces() { of_face_ = std::vector<std::uint32_t>(); }
     const Sheet& sheet(std::uint32_t chart) const { return sheets_[chart]; }
     bool has_sheet(std::uint32_t chart) const { return sheets_[chart].width > 0; }
 

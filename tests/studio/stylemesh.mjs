@@ -102,7 +102,7 @@ await server.ended;
 await browser.close();
 server = await served(folder, "--weights", weights);
 browser = await opened(server.address);
-await until(browser, `watched?.stages.get("texture")?.state === "running" || paintings[0].state === "done"`);
+await until(browser, `watched?.stages.get("texture")?.state === "running" || paintings[0]?.state === "done"`);
 await until(browser, `paintings[0].id === "0003" && paintings[0].request.settings["texture.stop_at_step"] > 0`);
 await until(browser, `paintings[0].state === "done"`);
 assert.match(read("0003", "painting.yaml"), /stop_at_step: [1-9]/);

@@ -168,7 +168,7 @@ class LayeredView final : public TextureView
             values_.push_back(parameters[i].values);
             layers_.emplace_back(pixels_, sizes[i], grid);
         }
-        pixels_.uv = {};
+        pixels_.uv = std::vector<float>();
     }
 
     torch::Tensor render() const override

@@ -437,6 +437,30 @@ TEST_CASE("patches do not reach surface a centimeter behind, joined by its rim o
         }
 }
 
+TEST_CASE("patches reach across a slot only where its sides are joined under them")
+{
+    // A meter square with a slot of 10 cm from its left side to 20 cm before its right one.
+    Mesh sheet = rectangle({}, {1, 0, 0}, {0, 1, 0}, {0.1F, 0.1F}, 0.3F, 0, 10);
+    Mesh slotted;
+    slotted.positions = sheet.positions;
+    for (std::size_t face = 0; face < sheet.triangles.size(); ++face)
+    {
+        const Triangle& t = sheet.triangles[face];
+        const Vec3f middle = (sheet.positions[t[0]] + sheet.positions[t[1]] + sheet.positions[t[2]]) * (1 / 3.0F);
+        if (middle.y > 0.4F && middle.y < 0.5F && middle.x < 0.8F)
+            continue;
+        slotted.triangles.push_back(t);
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            slotted.texcoords.push_back(sheet.texcoords[3 * face + corner]);
+    }
+    const Laid laid(slotted, 0.04, 11, 4);
+    check_covers(laid, 4);
+    const auto crosses = [](Vec3f center, Vec3f texel) { return (center.y < 0.45F) != (texel.y < 0.45F); };
+    const auto reaches_right = [](Vec3f center) { return center.x + 5.5F * 0.04F > 0.8F; };
+    CHECK(laid.strangers([&](Vec3f center, Vec3f texel) { return !crosses(center, texel) || reaches_right(center); }) == 0);
+    CHECK(laid.strangers([&](Vec3f center, Vec3f texel) { return !crosses(center, texel); }) > 40);
+}
+
 TEST_CASE("the values of texels that no patch samples do not count")
 {
     const Prepared wall(turned_wall(0.4, 3), 0.05);

@@ -6,6 +6,7 @@
 #include <fresco/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -233,6 +234,7 @@ constexpr float beyond_border = 2;  // pixels
 /// Each key belongs to a class, one of two strokes' square in the picture: the best keys of all classes are in different places.
 constexpr std::size_t classes_count = 8;
 constexpr double class_strokes = 2;
+constexpr int first_choices = 3;  // Of a round that has none before.
 /// Cost of strokes that run across the wanted direction.
 constexpr float misalignment_cost = 600;  // L*a*b*² per value
 
@@ -364,8 +366,16 @@ class Search
         return matches;
     }
 
+    /// A patch's best key of a class, and what it costs without the price of what is seen nearby.
+    struct Candidate
+    {
+        std::uint32_t key = 0;
+        float cost = std::numeric_limits<float>::infinity();
+    };
+    using Candidates = std::array<Candidate, classes_count>;
+
     /// Keeps what every patch looks like.
-    std::vector<Match> best_keys()
+    std::vector<Candidates> candidates()
     {
         const FeatureSizes sizes{picture_.feature_count(), Variety::fields};
         // Preferences are means over a patch's values, distances are sums.
@@ -392,9 +402,8 @@ class Search
         for (KeyClass& of : classes)
             nearest_keys.emplace_back(std::exchange(of.features, {}), sizes, of.weights, options_.lift * scale, patch_kernel());
 
-        std::vector<Match> matches(patches_.count());
-        const NearbyUses::Placed placed = uses_.placed(before_);
-        in_pieces(matches.size(),
+        std::vector<Candidates> result(patches_.count());
+        in_pieces(result.size(),
                   [&](std::size_t begin, std::size_t end)
                   {
                       const std::size_t count = end - begin;
@@ -402,39 +411,68 @@ class Search
                       const std::vector<float> projected = keep_looks(patches);
                       std::vector<float> features(count * sizes.all());
                       std::vector<float> unavoidable(count);
-                      std::vector<Nearest> nearest(count * classes.size());
                       for (std::size_t i = 0; i < count; ++i)
                       {
                           unavoidable[i] = unavoidable_[patches[i]] * scale;
                           joined(&projected[i * sizes.squared], variety_.of_patch(patches[i]), scale, &features[i * sizes.all()]);
                       }
+                      std::vector<Nearest> nearest(count);
                       for (std::size_t c = 0; c < classes.size(); ++c)
-                          nearest_keys[c].find(features.data(), count, &nearest[c * count], unavoidable);
-                      NearbyUses::Map uses(uses_, placed);
-                      for (std::size_t i = 0; i < count; ++i)
                       {
-                          uses.move_to(patches[i]);
-                          const Look wanted = look(patches[i]);
-                          std::size_t best = 0;
-                          float least = std::numeric_limits<float>::infinity();
-                          for (std::size_t c = 0; c < classes.size(); ++c)
+                          nearest_keys[c].find(features.data(), count, nearest.data(), unavoidable);
+                          for (std::size_t i = 0; i < count; ++i)
                           {
-                              const Nearest& found = nearest[c * count + i];
-                              if (found.score / scale > least)
-                                  continue;
-                              const std::size_t key = classes[c].keys[found.key];
+                              const std::size_t key = classes[c].keys[nearest[i].key];
                               const Vec2f at = picture_.key(key);
                               const Vec2f turn = turn_of(at);
-                              const float cost = score(patches[i], counted(patches[i], distance(wanted, at, turn)), at, turn) +
-                                                 repeating(uses, patches[i], key, at);
-                              if (cost < least || (cost == least && key < best))
-                              {
-                                  least = cost;
-                                  best = key;
-                              }
+                              const float away = counted(patches[i], distance(look(patches[i]), at, turn));
+                              result[patches[i]][c] = {static_cast<std::uint32_t>(key), score(patches[i], away, at, turn)};
                           }
-                          matches[patches[i]] = refined(wanted, picture_.key(best));
                       }
+                  });
+        return result;
+    }
+
+    /// The candidates that cost least where `seen` is what the surface shows.
+    std::vector<Match> chosen(const std::vector<Candidates>& candidates, std::span<const Match> seen) const
+    {
+        std::vector<Match> result(candidates.size());
+        const NearbyUses::Placed placed = uses_.placed(seen);
+        in_pieces(result.size(),
+                  [&](std::size_t begin, std::size_t end)
+                  {
+                      NearbyUses::Map uses(uses_, placed);
+                      for (const std::uint32_t patch : ordered(begin, end))
+                      {
+                          uses.move_to(patch);
+                          Candidate best;
+                          for (Candidate candidate : candidates[patch])
+                          {
+                              if (candidate.cost > best.cost)
+                                  continue;
+                              candidate.cost += repeating(uses, patch, candidate.key, picture_.key(candidate.key));
+                              if (candidate.cost < best.cost || (candidate.cost == best.cost && candidate.key < best.key))
+                                  best = candidate;
+                          }
+                          result[patch].at = picture_.key(best.key);
+                      }
+                  });
+        return result;
+    }
+
+    /// Where no round was before, patches first choose without knowing each other, and then again, knowing what the others chose:
+    /// else a plain surface would begin as bricks of one copy, which later rounds keep.
+    std::vector<Match> best_keys()
+    {
+        const std::vector<Candidates> all = candidates();
+        std::vector<Match> matches(before_.begin(), before_.end());
+        for (int i = before_.empty() ? first_choices : 1; i > 0; --i)
+            matches = chosen(all, matches);
+        in_pieces(matches.size(),
+                  [&](std::size_t begin, std::size_t end)
+                  {
+                      for (const std::uint32_t patch : ordered(begin, end))
+                          matches[patch] = refined(look(patch), matches[patch].at);
                   });
         return matches;
     }

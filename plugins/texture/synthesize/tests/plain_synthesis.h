@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <utility>
 #include <vector>
 
 /// \file One level of a synthesis on a flat wall as its description says it: slow, on one thread, mostly in double precision.
@@ -146,13 +147,20 @@ class PlainLevel
                     least = std::min(least, squared_distance(&features[p * picture_.feature_count()], k));
             result.unavoidable.push_back(least / 2 / static_cast<double>(picture_.values_per_patch()));
         }
+        // In the first round of all patches choose three times, and know what the others chose before.
+        std::vector<Match> chosen = before;
+        for (int left = round == Round::refines ? 0 : before.empty() ? 3 : 1; left > 0; --left)
+        {
+            const std::vector<Match> seen = std::exchange(chosen, {});
+            for (std::size_t p = 0; p < patches_.count(); ++p)
+                chosen.push_back({.at = best_key(p, &features[p * picture_.feature_count()], result, seen)});
+        }
         for (std::size_t p = 0; p < patches_.count(); ++p)
             if (round == Round::refines)
                 result.found.push_back(
                     {.at = before[p].at, .distance = static_cast<float>(distance_of(result.looks[p], before[p].at))});
             else
-                result.found.push_back(
-                    refined(result.looks[p], best_key(p, &features[p * picture_.feature_count()], result, before)));
+                result.found.push_back(refined(result.looks[p], chosen[p].at));
         for (int pass = 0; pass < 3; ++pass)
         {
             result.uses = result.found;

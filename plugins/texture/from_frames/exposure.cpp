@@ -316,9 +316,9 @@ std::vector<CellColor> cell_colors(std::span<const TexelSample> samples, int sid
     }
     if (result.size() > most_cells)
     {
-        std::vector<std::uint32_t> hashes;
-        for (const CellColor& color : result)
-            hashes.push_back(noise::hash(square_of(color.cell, side)));
+        std::vector<std::uint32_t> hashes(result.size());
+        std::ranges::transform(result, hashes.begin(),
+                               [side](const CellColor& color) { return noise::hash(square_of(color.cell, side)); });
         std::nth_element(hashes.begin(), hashes.begin() + most_cells, hashes.end());
         std::erase_if(result,
                       [&](const CellColor& color) { return noise::hash(square_of(color.cell, side)) > hashes[most_cells]; });

@@ -106,9 +106,9 @@ void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
     const int width = valid_.width;
     const int height = valid_.height;
     const Intrinsics own = camera.intrinsics.scaled_to(width, height);
-    std::vector<float> across;
+    std::vector<float> across(static_cast<std::size_t>(width));
     for (int x = 0; x < width; ++x)
-        across.push_back(static_cast<float>((x + 0.5 - own.cx) / own.fx));
+        across[static_cast<std::size_t>(x)] = static_cast<float>((x + 0.5 - own.cx) / own.fx);
     // Squared length in the texture over that in the world.
     const auto stretch = [&](int x, int y, int dx, int dy, float down, float next_down)
     {
@@ -116,7 +116,8 @@ void PixelLinks::link_texels(const UvMap& map, const Camera& camera)
         const float* const next_uv = &map.uv.at(x + dx, y + dy);
         const float depth = map.depth.at(x, y);
         const float next_depth = map.depth.at(x + dx, y + dy);
-        const float wide = across[static_cast<std::size_t>(x + dx)] * next_depth - across[static_cast<std::size_t>(x)] * depth;
+        const float wide = across[static_cast<std::size_t>(x) + static_cast<std::size_t>(dx)] * next_depth -
+                           across[static_cast<std::size_t>(x)] * depth;
         const float high = next_down * next_depth - down * depth;
         const float deep = next_depth - depth;
         return ((next_uv[0] - uv[0]) * (next_uv[0] - uv[0]) + (next_uv[1] - uv[1]) * (next_uv[1] - uv[1])) /
@@ -449,11 +450,12 @@ class Gatherer
         top = top > 0 ? top : Floats{};
         round_up(left);
         round_up(top);
-        const float columns = largest(right - left), rows = largest(bottom - top);
-        for (float down = 0; down <= rows; ++down)
-            for (float across = 0; across <= columns; ++across)
+        const auto columns = static_cast<int>(std::floor(largest(right - left)));
+        const auto rows = static_cast<int>(std::floor(largest(bottom - top)));
+        for (int down = 0; down <= rows; ++down)
+            for (int across = 0; across <= columns; ++across)
             {
-                const Floats here_x = left + across, here_y = top + down;
+                const Floats here_x = left + static_cast<float>(across), here_y = top + static_cast<float>(down);
                 const Floats to_x = here_x - x[0], to_y = here_y - y[0];
                 const Floats beside = (to_x * below_y - to_y * below_x) * share;
                 const Floats below = (beside_x * to_y - beside_y * to_x) * share;
@@ -526,6 +528,7 @@ class Gatherer
         samples.resize(kept);
     }
 
+    Triangles triangles_;  ///< Not drawn yet: the lanes before lane_.
     const UvMap& map_;
     const PixelLinks& links_;
     const RasterF& weight_;
@@ -534,7 +537,6 @@ class Gatherer
     float share_y_;
     Raster8 whole_;                     ///< 1: the square up and left of this pixel is drawn whole.
     std::vector<Pixel> upper_, lower_;  ///< Two rows of pixels.
-    Triangles triangles_;               ///< Not drawn yet: the lanes before lane_.
     std::size_t lane_ = 0;
     std::vector<DrawnSample> drawn_;  ///< The first count_ are not yet sorted into blocks.
     std::size_t count_ = 0;

@@ -150,7 +150,8 @@ std::vector<float> Level::missing(const Progress& progress) const
     std::vector<float> window(points);
     for (std::size_t i = 0; i < points; ++i)
     {
-        const auto at = [&](std::size_t along) { return static_cast<float>(along) - static_cast<float>(side / 2); };
+        const int middle = side / 2;
+        const auto at = [&](std::size_t along) { return static_cast<float>(along) - static_cast<float>(middle); };
         window[i] = window_({at(i % static_cast<std::size_t>(side)), at(i / static_cast<std::size_t>(side))});
     }
     const float total = std::accumulate(window.begin(), window.end(), 0.0F);

@@ -399,6 +399,7 @@ class Search
         }
         std::erase_if(classes, [](const KeyClass& of) { return of.keys.empty(); });
         std::vector<NearestKeys> nearest_keys;
+        nearest_keys.reserve(classes.size());
         for (KeyClass& of : classes)
             nearest_keys.emplace_back(std::exchange(of.features, {}), sizes, of.weights, options_.lift * scale, patch_kernel());
 
@@ -501,8 +502,8 @@ class Search
     {
         if (!picture_.is_directed())
         {
-            const int x = static_cast<int>(at.x + 0.5F);  // Faster than std::lround.
-            const int y = static_cast<int>(at.y + 0.5F);
+            const int x = static_cast<int>(at.x + 0.5F);  // NOLINT(bugprone-incorrect-roundings): std::lround is slower.
+            const int y = static_cast<int>(at.y + 0.5F);  // NOLINT(bugprone-incorrect-roundings)
             return {picture_.patch(x, y), 3 * static_cast<std::size_t>(picture_.lab().width), picture_.patch_mean(x, y)};
         }
         thread_local std::vector<float> found;

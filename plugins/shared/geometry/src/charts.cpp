@@ -52,7 +52,7 @@ std::size_t direction_cell(Vec3d n)
 
 std::vector<std::uint32_t> seed_order(const Surface& surface, const std::vector<Vec3d>& normals, const Partition& partition)
 {
-    std::vector<double> area_of_cell(6 * 64, 0.0);
+    std::vector<double> area_of_cell(std::size_t{6} * 64, 0.0);
     std::vector<std::uint32_t> order;
     std::vector<std::size_t> cells(normals.size());
     for (std::uint32_t f = 0; f < normals.size(); ++f)
@@ -212,6 +212,7 @@ std::vector<std::uint32_t> charts_beside(const Surface& surface, const std::vect
                 static_cast<double>(length(surface.mesh.positions[t[(k + 1) % 3]] - surface.mesh.positions[t[k]]));
         }
     std::vector<std::uint32_t> charts;
+    charts.reserve(borders.size());
     for (const auto& [chart, border] : borders)
         charts.push_back(chart);
     std::ranges::stable_sort(charts, std::greater<>(), [&](std::uint32_t chart) { return borders[chart]; });

@@ -222,7 +222,8 @@ std::optional<Cell> ShapeBin::find(const Bitmap& shape, int first_row, int end_r
     auto blocked = closed;
     for (int y = std::max(first_row, margin_); y <= last_y; ++y)
     {
-        const auto is_full = [&](const Run& run) { return run.level() >= full_[static_cast<std::size_t>(y + run.row)]; };
+        const auto is_full = [&](const Run& run)
+        { return run.level() >= full_[static_cast<std::size_t>(y) + static_cast<std::size_t>(run.row)]; };
         if (std::ranges::any_of(runs, is_full))
             continue;
         blocked = closed;

@@ -27,9 +27,9 @@ Choice<TextureFilter> filter_option(Configurable* owner)
             "slanted surface, bilinear always the full picture"};
 }
 
-Option<std::string> shading_option(Configurable* owner, std::string help)
+Option<std::string> shading_option(Configurable* owner, const std::string& help)
 {
-    return {owner, "shading", "none", one_of({"none", "scannet", "matterport3d"}), std::move(help)};
+    return {owner, "shading", "none", one_of({"none", "scannet", "matterport3d"}), help};
 }
 
 Lights lights_of(std::string_view shading)

@@ -234,7 +234,7 @@ constexpr float beyond_border = 2;  // pixels
 /// Each key belongs to a class, one of two strokes' square in the picture: the best keys of all classes are in different places.
 constexpr std::size_t classes_count = 8;
 constexpr double class_strokes = 2;
-constexpr int first_choices = 3;  // Of a round that has none before.
+constexpr int first_choices = 3;  // Patches choose so often if no round was before.
 /// Cost of strokes that run across the wanted direction.
 constexpr float misalignment_cost = 600;  // L*a*b*² per value
 
@@ -461,8 +461,8 @@ class Search
         return result;
     }
 
-    /// Where no round was before, patches first choose without knowing each other, and then again, knowing what the others chose:
-    /// else a plain surface would begin as bricks of one copy, which later rounds keep.
+    /// Patches choose without knowing each other if no round was before, and then again, knowing what the others chose: else a
+    /// plain surface would begin as bricks of one copy, which later rounds keep.
     std::vector<Match> best_keys()
     {
         const std::vector<Candidates> all = candidates();

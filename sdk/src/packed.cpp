@@ -338,7 +338,7 @@ std::vector<std::byte> pack_uv_map(const UvMap& map, int uv_bits, std::string_vi
                    });
     };
     const auto share = [](int last) { return [last](float value) { return share_step(value, last); }; };
-    for (const std::size_t channel : {0, 1})
+    for (const std::size_t channel : {0U, 1U})
         put(uv_bits, map.uv.values.data() + channel, 2, share(last_step(uv_bits)));
     put(cosine_bits, map.cosine.values.data(), 1, share(last_step(cosine_bits)));
     put(static_cast<int>(header.depth_bits), map.depth.values.data(), 1,
@@ -375,7 +375,7 @@ UvMap unpack_uv_map(std::span<const std::byte> bytes, int width, int height, std
                                                           : 0.0F;
                            });
     };
-    for (const std::size_t channel : {0, 1})
+    for (const std::size_t channel : {0U, 1U})
         take(uv_bits, map.uv.values.data() + channel, 2, static_cast<float>(last_step(uv_bits)));
     take(cosine_bits, map.cosine.values.data(), 1, static_cast<float>(last_step(cosine_bits)));
     take(static_cast<int>(header.depth_bits), map.depth.values.data(), 1, header.steps_per_meter);
@@ -396,7 +396,7 @@ struct RasterHeader
     std::uint32_t channels = 0;
 
     std::size_t pixels() const { return std::size_t{width} * height; }
-    std::size_t content_bytes() const { return pixels() * channels * (bits() / 8); }
+    std::size_t content_bytes() const { return pixels() * channels * (static_cast<std::size_t>(bits()) / 8); }
     int bits() const { return type == shares ? 8 : 8 << type; }
 
     static constexpr std::uint32_t shares = 3;  ///< Floats that all are n / 255, as bytes n.

@@ -45,7 +45,12 @@ Value::Value(Value&&) noexcept = default;
 Value& Value::operator=(const Value&) = default;
 Value& Value::operator=(Value&&) noexcept = default;
 Value::~Value() = default;
-bool operator==(const Value& a, const Value& b) = default;
+
+// Clang crashes on a defaulted one: whether it throws depends on itself.
+bool operator==(const Value& a, const Value& b)
+{
+    return a.data_ == b.data_;
+}
 
 bool Value::as_bool() const
 {

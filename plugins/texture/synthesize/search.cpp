@@ -234,7 +234,7 @@ constexpr float beyond_border = 2;  // pixels
 /// Each key belongs to a class, one of two strokes' square in the picture: the best keys of all classes are in different places.
 constexpr std::size_t classes_count = 8;
 constexpr double class_strokes = 2;
-constexpr int first_choices = 3;  // Patches choose so often if no round was before.
+constexpr std::uint32_t turns = 3;
 /// Cost of strokes that run across the wanted direction.
 constexpr float misalignment_cost = 600;  // L*a*b*² per value
 
@@ -434,17 +434,21 @@ class Search
         return result;
     }
 
-    /// The candidates that cost least where `seen` is what the surface shows.
-    std::vector<Match> chosen(const std::vector<Candidates>& candidates, std::span<const Match> seen) const
+    /// Gives the patches whose turn it is the candidates that cost least where `matches` are what the surface shows. Without
+    /// matches, nothing is shown, and it is everyone's turn.
+    void choose(const std::vector<Candidates>& candidates, std::uint32_t turn, std::vector<Match>& matches) const
     {
-        std::vector<Match> result(candidates.size());
+        const std::vector<Match> seen = matches;
+        matches.resize(candidates.size());
         const NearbyUses::Placed placed = uses_.placed(seen);
-        in_pieces(result.size(),
+        in_pieces(matches.size(),
                   [&](std::size_t begin, std::size_t end)
                   {
                       NearbyUses::Map uses(uses_, placed);
                       for (const std::uint32_t patch : ordered(begin, end))
                       {
+                          if (!seen.empty() && noise::hash(options_.seed + 1, patch) % turns != turn)
+                              continue;
                           uses.move_to(patch);
                           Candidate best;
                           for (Candidate candidate : candidates[patch])
@@ -455,20 +459,22 @@ class Search
                               if (candidate.cost < best.cost || (candidate.cost == best.cost && candidate.key < best.key))
                                   best = candidate;
                           }
-                          result[patch].at = picture_.key(best.key);
+                          const Vec2f at = picture_.key(best.key);
+                          matches[patch] = {.at = at, .turn = turn_of(at)};
                       }
                   });
-        return result;
     }
 
-    /// Patches choose without knowing each other if no round was before, and then again, knowing what the others chose: else a
-    /// plain surface would begin as bricks of one copy, which later rounds keep.
+    /// Patches take turns, at random, and know what the others show: if all of a plain surface chose at once, all would leave
+    /// what the others show for the same next place, and show that as bricks.
     std::vector<Match> best_keys()
     {
         const std::vector<Candidates> all = candidates();
         std::vector<Match> matches(before_.begin(), before_.end());
-        for (int i = before_.empty() ? first_choices : 1; i > 0; --i)
-            matches = chosen(all, matches);
+        if (matches.empty())
+            choose(all, 0, matches);
+        for (std::uint32_t turn = 0; turn < turns; ++turn)
+            choose(all, turn, matches);
         in_pieces(matches.size(),
                   [&](std::size_t begin, std::size_t end)
                   {

@@ -121,11 +121,12 @@ class NearbyUses;
 /// + price, where w combines the key's completeness and crowding, 1 on average, and the price is that of a place that the surface
 /// nearby shows. u is half the distance of the nearest of an eighth of the keys: where the picture has no color near the wanted
 /// one, all distances are long, and without it the odd keys, which completeness makes cheap, would seem as good as the nearest
-/// ones. The first step compares the best key of each of eight classes by it, as `before`, the last round's matches, are (empty:
-/// no price, then twice more as the last choices are); the last step as the matches are then. In a picture with directions, keys
-/// are turned so that strokes run along x; a place that continues another keeps its rotation on the surface, and costs more if
-/// its strokes deviate from the lines. A round that refines leaves out the first two steps. `wanted`: per texel, L*a*b*.
-/// `crowding`: per key, see update_crowding. The same for any number of threads. Throws Canceled.
+/// ones. The first step compares the best key of each of eight classes by it, for a third of the patches after another, as the
+/// others are then: at first as `before`, the last round's matches (empty: all choose once without a price before); the last step
+/// as the matches are then. In a picture with directions, keys are turned so that strokes run along x; a place that continues
+/// another keeps its rotation on the surface, and costs more if its strokes deviate from the lines. A round that refines leaves
+/// out the first two steps. `wanted`: per texel, L*a*b*. `crowding`: per key, see update_crowding. The same for any number of
+/// threads. Throws Canceled.
 std::vector<Match> search(const Patches& patches, const SurfaceGrid& grid, std::span<const Vec3f> wanted,
                           const StylePicture& picture, const NearbyUses& uses, const SearchOptions& options, Round round,
                           std::span<const Match> before, std::span<const float> crowding, const Progress& progress);

@@ -14,7 +14,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <utility>
 #include <vector>
 
 /// \file One level of a synthesis on a flat wall as its description says it: slow, on one thread, mostly in double precision.
@@ -147,13 +146,15 @@ class PlainLevel
                     least = std::min(least, squared_distance(&features[p * picture_.feature_count()], k));
             result.unavoidable.push_back(least / 2 / static_cast<double>(picture_.values_per_patch()));
         }
-        // In the first round of all patches choose three times, and know what the others chose before.
+        // In the first round of all, all patches choose at once; then, in every one, three parts in turn.
         std::vector<Match> chosen = before;
-        for (int left = round == Round::refines ? 0 : before.empty() ? 3 : 1; left > 0; --left)
+        for (std::uint32_t turn = before.empty() ? 0 : 1; round != Round::refines && turn <= 3; ++turn)
         {
-            const std::vector<Match> seen = std::exchange(chosen, {});
-            for (std::size_t p = 0; p < patches_.count(); ++p)
-                chosen.push_back({.at = best_key(p, &features[p * picture_.feature_count()], result, seen)});
+            const std::vector<Match> seen = chosen;
+            chosen.resize(patches_.count());
+            for (std::uint32_t p = 0; p < patches_.count(); ++p)
+                if (turn == 0 || noise::hash(options_.search.seed + 1, p) % 3 == turn - 1)
+                    chosen[p] = {.at = best_key(p, &features[p * picture_.feature_count()], result, seen)};
         }
         for (std::size_t p = 0; p < patches_.count(); ++p)
             if (round == Round::refines)

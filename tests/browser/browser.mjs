@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 
-const patience_ms = 120000;
+const patience_ms = 300000;
 
 /// WebGL on the processor: there is no display.
 export const webgl = ["--enable-unsafe-swiftshader", "--use-angle=swiftshader"];

@@ -97,7 +97,8 @@ class ViewRenderer
 };
 
 /// The option `shading`, which lights_of reads.
-Option<std::string> shading_option(Configurable* owner,
-                                   const std::string& help = "Lamps: none, or those of StyleMesh's published viewer for a data set");
+Option<std::string>
+shading_option(Configurable* owner,
+               const std::string& help = "Lamps: none, or those of StyleMesh's published viewer for a data set");
 
 }  // namespace fresco::rendering

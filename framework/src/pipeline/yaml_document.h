@@ -47,8 +47,8 @@ struct YamlNode : YamlPlace
     };
     struct Entry;
 
-    YamlNode() = default;
-    explicit YamlNode(Kind node_kind, const YamlPlace& place = {}) : YamlPlace(place), kind(node_kind) {}
+    YamlNode();
+    explicit YamlNode(Kind node_kind, const YamlPlace& place = {});
     void stand_at(const YamlPlace& place) { static_cast<YamlPlace&>(*this) = place; }
 
     Kind kind = Kind::null;
@@ -87,6 +87,10 @@ struct YamlNode::Entry : YamlPlace
     std::string key;
     YamlNode value;
 };
+
+// They make a vector of entries, which must be complete.
+inline YamlNode::YamlNode() = default;
+inline YamlNode::YamlNode(Kind node_kind, const YamlPlace& place) : YamlPlace(place), kind(node_kind) {}
 
 inline constexpr std::size_t yaml_size_limit = std::size_t{1} << 20U;  ///< bytes
 /// bytes; yaml-cpp takes time that grows with the square of what one line holds.

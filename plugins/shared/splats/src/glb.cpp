@@ -107,10 +107,16 @@ SplatFile parse_glb(Bytes bytes, const std::string& source)
                             "uri: a GLB with splats has its buffer inside; \"splat-transform IN.glb OUT.ply\" writes a PLY");
             });
         for (const auto& [node, place] : gltf::placed_nodes(file.model))
-            if (const int mesh = file.model.nodes[node].mesh; mesh >= 0)
-                for (const auto& primitive : file.model.meshes[static_cast<std::size_t>(mesh)].primitives)
+        {
+            const auto& meshes = file.model.meshes;
+            const int mesh = file.model.nodes[node].mesh;
+            if (mesh >= static_cast<int>(meshes.size()))
+                throw Error(fmt::format("{}mesh {} of {}", gltf::entry("nodes", node), mesh, meshes.size()));
+            if (mesh >= 0)
+                for (const auto& primitive : meshes[static_cast<std::size_t>(mesh)].primitives)
                     if (primitive.extensions.contains(extension))
                         append(file, primitive, place, bytes.size(), result.splats);
+        }
     }
     catch (const Error& error)
     {

@@ -235,7 +235,7 @@ Painting paint(const splats::Splats& splats, const TexturedMesh& textured, const
             painting.unpainted += part.keeps_color ? 1 : 0;
             painting.splats.parts.push_back(part);
         }
-        parts = std::vector<Part>();  // All parts twice may not fit.
+        parts = std::vector<Part>();  // All parts twice may not fit; `= {}` would keep the memory.
     }
     return painting;
 }
